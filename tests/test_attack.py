@@ -1,18 +1,14 @@
 """The quickest attacks of `make attack`, and the detection of shortcomings by them."""
 
 import random
-import sys
 from itertools import islice
-from pathlib import Path
 from types import SimpleNamespace
 
+import fuzz
+import names
 import numpy as np
 import pytest
 import xarray as xr
-
-sys.path.append(str(Path(__file__).parents[1] / "tools" / "attack"))
-import fuzz
-import names
 from commands import COMMANDS, Ended, Place
 from contacts import contacts, summed
 from damages import DAMAGES, damages

@@ -1,16 +1,11 @@
 """The judge by CalculiX: its meshes, loads, input and reading, and the cheapest of its cases."""
 
-import sys
-from pathlib import Path
-
-import numpy as np
-import pytest
-
-sys.path.append(str(Path(__file__).parents[1] / "tools" / "calculix"))
 import contact
 import deck
 import ics
 import meshing
+import numpy as np
+import pytest
 
 from geometries.bodies import Body, Domain
 from geometries.contours import arc

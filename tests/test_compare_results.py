@@ -1,14 +1,9 @@
 """The tool that compares datasets of results notices what differs, and nothing else."""
 
-import sys
-from pathlib import Path
-
+import compare_results
 import numpy as np
 import pytest
 import xarray as xr
-
-sys.path.append(str(Path(__file__).parents[1] / "tools"))
-import compare_results
 
 VALUES = np.array([[1.0, -2.0], [0.0, np.nan]])
 
@@ -25,7 +20,7 @@ def code(tmp_path, monkeypatch):
     write(tmp_path / "a")
 
     def compared(*further):
-        monkeypatch.setattr(sys, "argv", ["compare", str(tmp_path / "a"), str(tmp_path / "b"), *further])
+        monkeypatch.setattr("sys.argv", ["compare", str(tmp_path / "a"), str(tmp_path / "b"), *further])
         return compare_results.main()
 
     return compared

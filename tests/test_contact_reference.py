@@ -1,13 +1,8 @@
 """Reading the reference outputs of CONTACT: made-up text in their layout; theirs are not part of femic."""
 
-import sys
-from pathlib import Path
-
+import contact_reference as reference
 import numpy as np
 import pytest
-
-sys.path.append(str(Path(__file__).parents[1] / "tools"))
-import contact_reference as reference
 
 OUTPUT = """ header
 

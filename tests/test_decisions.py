@@ -2,18 +2,14 @@
 
 import copy
 import json
-import sys
 from pathlib import Path
 
+import decision_page
 import numpy as np
 import pytest
+import write_docs
 
-ROOT = Path(__file__).parent.parent
-sys.path.append(str(ROOT / "tools"))
-import decision_page  # noqa: E402
-import write_docs  # noqa: E402
-
-NUMBERS = json.loads((ROOT / "docs/numbers/decisions.json").read_text(encoding="utf-8"))
+NUMBERS = json.loads((Path(__file__).parents[1] / "docs/numbers/decisions.json").read_text(encoding="utf-8"))
 WANTED = decision_page.Wanted("p_max to 5 %", "p_max", 0.05)
 
 

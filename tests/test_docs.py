@@ -4,7 +4,6 @@ import json
 import pkgutil
 import re
 import runpy
-import sys
 import tomllib
 from pathlib import Path
 
@@ -19,7 +18,6 @@ from femic.scenes.scene_table import tables
 from tests.femic.reference.stand_ins import b_hat_as_c
 
 ROOT = Path(__file__).parent.parent
-sys.path.append(str(ROOT / "tools"))  # what its programs import
 BLOCK = re.compile(r"^```python\n(.*?)^```$", flags=re.DOTALL | re.MULTILINE)
 PACKAGES = ("approx", "compare", "femic", "geometries")
 FOLDERS = (*PACKAGES, "benchmarks", "docs", "examples", "tests", "tools")

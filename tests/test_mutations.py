@@ -1,9 +1,5 @@
 """What the mutation run changes and what it leaves alone."""
 
-import sys
-from pathlib import Path
-
-sys.path.append(str(Path(__file__).parents[1] / "tools"))
 import mutations
 from mutants import ROOT, Mutant, changed_lines, mutated, places, sample
 from mutations import Trial, record

@@ -1,11 +1,6 @@
 """From which angle on half-spaces are off inside the bodies: crossings of errors that are known."""
 
-import sys
-from pathlib import Path
-
 import pytest
-
-sys.path.append(str(Path(__file__).parent.parent / "tools"))
 import stress_numbers
 
 

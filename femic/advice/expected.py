@@ -1,7 +1,7 @@
 """What errors to expect of approximate ICs in a contact, from known scenes like it, before C is solved."""
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,30 +35,21 @@ class Expectation:
     knowledge: Knowledge
     studied: Mapping[str, str]  # names of the numbers in known scenes
 
-    def low(self, ics: str, number: str) -> float:
-        """Return the least error to be expected, a share; 0 where nothing is known."""
-        return self.bounds[ics, number].low if (ics, number) in self.bounds else 0.0
-
     def high(self, ics: str, number: str) -> float:
         """Return the largest error to be expected, a share; infinite where nothing is known."""
         return self.bounds[ics, number].high if (ics, number) in self.bounds else np.inf
-
-    @property
-    def sentence(self) -> str:
-        """What is expected, from what, and how often that was right."""
-        return " ".join(self.sentence_of(ics, number) for ics, number in self.bounds)
 
     def sentence_of(self, ics: str, number: str) -> str:
         """Return what is expected of one number with some ICs, from what, and how often that was right."""
         if (ics, number) not in self.bounds:
             return f"No errors of {number} with {ics} are known."
-        low, high = (100 * bound for bound in (self.low(ics, number), self.high(ics, number)))
-        expected = f"{low:.1f} to {high:.1f} %" if np.isfinite(high) else f"{low:.1f} % or more"
+        low, high = self.bounds[ics, number].low, self.bounds[ics, number].high
+        expected = f"to {100 * high:.1f} %" if np.isfinite(high) else "% or more"
         held, tested = self.knowledge.held.count(ics, self.studied[number])
         how_often = f"such bounds held in {held} of {tested} random scenes" if tested else "not tested"
         return (
             f"By the {self.knowledge.rule.nearest} most similar of {len(self.knowledge.scenes)} known scenes "
-            f"{number} with {ics} is off by {expected}; {how_often}."
+            f"{number} with {ics} is off by {100 * low:.1f} {expected}; {how_often}."
         )
 
 
@@ -71,16 +62,27 @@ def expect(
     package.
     """
     knowledge = knowledge or packaged()
+    specification, friction = problem.specification, problem.specification.friction
+    cases: list[tuple[dict[str, float], Size]] = []  # features and patch of each loading and friction
     try:
-        cases = list(_cases(problem))
+        on_grid = pair_on_grid(problem, problem.grid)
+        for loading in specification.loadings:
+            size = contact_size(on_grid, loading)
+            features = contact_features(problem, size)
+            coefficients = friction.coefficients if friction else (0.0,)
+            cases += [(features | {"friction": coefficient}, size) for coefficient in coefficients]
     except Failure as failure:
         log.info(f"{problem.name}: nothing known: {failure}")
         return None
     if reasons := _reasons(problem, cases, want, knowledge):
         log.info(f"{problem.name}: outside of known scenes: {'; '.join(reasons)}")
         return None
-    bounds, spanned = {}, all(_spans_studied(problem, *case) for case in cases)
-    studied = _studied(problem, want)
+    spanned = True  # creepages reach as far as those studied; of fewer, the largest error may be smaller
+    if friction is not None:
+        load = max(specification.loads or (np.inf,))
+        steps = [saturation(problem, size, features["friction"], load) for features, size in cases]
+        spanned = min(friction.longitudinal) <= -max(steps) and max(steps) <= max(friction.longitudinal)
+    bounds, studied = {}, _studied(problem, want)
     for number, name in studied.items():
         of_cases = [bounds_at(knowledge, features, name) for features, _ in cases]
         for ics in of_cases[0]:
@@ -136,28 +138,6 @@ def bounds_by(
     low, high = min(errors) - more, max(errors) + more
     least = 0.0 if low <= 0 <= high else min(abs(low), abs(high))
     return Bounds(least, np.inf if number in UNBOUNDED else max(abs(low), abs(high)))
-
-
-def _spans_studied(problem: ContactProblem, features: Mapping[str, float], size: Size) -> bool:
-    """Return whether creepages reach as far as those studied; of fewer, the largest error may be smaller."""
-    specification = problem.specification
-    if specification.friction is None:
-        return True
-    loads = specification.loads or (np.inf,)
-    step = saturation(problem, size, features["friction"], max(loads))
-    creepages = specification.friction.longitudinal
-    return min(creepages) <= -step and step <= max(creepages)
-
-
-def _cases(problem: ContactProblem) -> Iterator[tuple[dict[str, float], Size]]:
-    """Yield features and patch of each loading and friction; raises Failure as `contact_size`."""
-    on_grid = pair_on_grid(problem, problem.grid)
-    friction = problem.specification.friction
-    for loading in problem.specification.loadings:
-        size = contact_size(on_grid, loading)
-        features = contact_features(problem, size)
-        for coefficient in friction.coefficients if friction else (0.0,):
-            yield features | {"friction": coefficient}, size
 
 
 def _reasons(

@@ -24,7 +24,7 @@ from femic.reference.engines import ENGINES
 from femic.reference.harmonic.request import FAR_RADIUS
 from femic.reference.job import Settings
 from geometries.bodies import Body, Domain
-from geometries.contours import Contour, arc, ellipse
+from geometries.contours import arc, ellipse
 from geometries.errors import Failure
 from geometries.materials import Material
 from geometries.patches import Grid
@@ -95,21 +95,25 @@ def _bodies(
         steeper,
         tuple(np.minimum(steeper, flatter).tolist()),
     )  # a steeper wheel would touch with its flanks
-    lower, upper = (_contour(width * scale, height, of) for scale, of in zip((1, ratio), flanks, strict=True))
+    lower, upper = (
+        arc(scale * width, *ends)
+        if height == 1.0
+        else ellipse(scale * width, height * (scale * width), *ends)
+        for scale, ends in zip((1, ratio), flanks, strict=True)
+    )
     phi = np.arctan(np.tan(np.radians(middle)) / height)
     rolling_radius = LONG if random.random() < LONG_SHARE else random.uniform(*ROLLING_RADII)
-    materials = _materials(random)
+    rail = wheel = STEEL
+    if random.random() >= STEEL_SHARE:
+        modulus = STEEL.E * _log_uniform(random, 1 / MODULUS_RATIO, MODULUS_RATIO)
+        nu = random.uniform(*POISSON), random.uniform(*POISSON)
+        rail, wheel = Material(STEEL.E, float(nu[0])), Material(modulus, float(nu[1]))
     domain = Domain(FAR_RADIUS, np.inf)
     bodies = {
-        "lower": Body(LOWER, lower, materials[0], domain),
-        "upper": Body(UPPER, upper, materials[1], domain, float(rolling_radius)),
+        "lower": Body(LOWER, lower, rail, domain),
+        "upper": Body(UPPER, upper, wheel, domain, float(rolling_radius)),
     }
     return bodies, float((1 - ratio) * width * np.sin(phi))
-
-
-def _contour(width: float, height: float, flanks: tuple[float, float]) -> Contour:
-    """Return an ellipse of a half-width [mm] and a height over it, or an arc."""
-    return arc(width, *flanks) if height == 1.0 else ellipse(width, height * width, *flanks)
 
 
 def _flanks(random: np.random.Generator, ends: tuple[float, float]) -> tuple[float, float]:
@@ -117,15 +121,6 @@ def _flanks(random: np.random.Generator, ends: tuple[float, float]) -> tuple[flo
     low, high = FLANKS
     left, right = (random.uniform(max(low, end + ROOM), high) for end in (-ends[0], ends[1]))
     return float(np.radians(left)), float(np.radians(right))
-
-
-def _materials(random: np.random.Generator) -> tuple[Material, Material]:
-    """Draw the materials of the rail and the wheel."""
-    if random.random() < STEEL_SHARE:
-        return STEEL, STEEL
-    ratio = _log_uniform(random, 1 / MODULUS_RATIO, MODULUS_RATIO)
-    nu = random.uniform(*POISSON), random.uniform(*POISSON)
-    return Material(STEEL.E, float(nu[0])), Material(STEEL.E * ratio, float(nu[1]))
 
 
 def _problem(bodies: Mapping[str, Body], shift: float, friction: float) -> ContactProblem:
@@ -176,22 +171,17 @@ def _load(problem: ContactProblem, angle: float) -> tuple[float, Size]:
         if abs(turned / angle - 1) < NEAR:
             break
         load *= float(np.clip((angle / turned) ** 2.5, 0.1, 10.0))
-    _require_sound(problem, size, load)
-    return load, size
-
-
-def _require_sound(problem: ContactProblem, size: Size, load: float) -> None:
-    """Raise Failure for a patch beside the contours, too long a patch, and too large pressures."""
-    low, high = problem.bodies["lower"].contour.limits
-    upper = problem.bodies["upper"]
+    low, high = lower.limits
     if not low < size.s[0] < size.s[1] < high:
         raise Failure("a patch on the flanks")
+    upper = problem.bodies["upper"]
     if size.x[1] > LONGEST * upper.rolling_radius:
         raise Failure("a patch longer than those of wheels")
     area = np.pi / 4 * (size.x[1] - size.x[0]) * (size.s[1] - size.s[0])
     modulus = combined_modulus(upper.material, problem.bodies["lower"].material)
     if 1.5 * load / area > MOST_PRESSED * modulus:
         raise Failure("pressures larger than materials bear")
+    return load, size
 
 
 def _log_uniform(random: np.random.Generator, low: float, high: float) -> float:

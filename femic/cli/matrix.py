@@ -67,7 +67,7 @@ def export(
     loaded = load_scene(scene, {"ics": ics} if ics else None)
     console = terminal()
     folder, ics_name = work.folder(loaded), loaded.ics
-    exports.require_exportable(loaded, exports.ExportSpecification(ics_name, discount))
+    exports.require_exportable(loaded, ics_name, discount)
     with work.options(folder, console) as options:
         if ics_name == AUTO:
             question = frontier.Question(COMPONENTS, loaded.ics_tolerance, "combined")
@@ -75,10 +75,8 @@ def export(
             ics_name = chosen.ics
             loaded = load_scene(scene, chosen.changes)
             console.print(chosen.text, soft_wrap=True)
-        written = exports.FORMATS[to](
-            loaded, exports.ExportSpecification(ics_name, discount), folder, options
-        )
-    console.print(exports.contact_settings(written), soft_wrap=True)
+        settings = exports.FORMATS[to](loaded, ics_name, discount, folder, options)
+    console.print(settings, soft_wrap=True)
 
 
 def calibrate(

@@ -49,7 +49,6 @@ which is how it is computed here, so that contacts that are not Hertz's have it,
 pressure.
 """
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -163,41 +162,13 @@ def ellipse_shears(x: Array, z: Array, b: float) -> tuple[Array, Array]:
 # --- T-gamma ---
 
 
-@dataclass(frozen=True)
-class TGamma:
-    """Shares of the work of friction per rolled distance [N], signed; `creepages` and `spin_rate` of the fit.
+def t_gamma(problem: RollingProblem, rolling: RollingContact) -> tuple[float, float, float]:
+    """Return the longitudinal, the lateral and the spin share of T-gamma [N] of a contact in steady rolling.
 
-    `creepages` are -w_0x and w_0s, `spin_rate` omega [1/mm]. A share is negative where a force drives the
-    motion of its own creepage, such as the lateral force that spin causes.
+    A share is negative where a force drives the motion of its own creepage, such as the lateral force that
+    spin causes. Raises WrongInput without contact.
     """
-
-    longitudinal: float
-    lateral: float
-    spin: float
-    conformity: float
-    pressures: float
-    creepages: tuple[float, float]
-    spin_rate: float
-
-    @property
-    def without_spin(self) -> float:
-        """T-gamma of longitudinal and lateral creepage [N]."""
-        return self.longitudinal + self.lateral
-
-    @property
-    def with_spin(self) -> float:
-        """T-gamma with that of spin [N]."""
-        return self.without_spin + self.spin
-
-    @property
-    def total(self) -> float:
-        """All work of friction [N]; it tends to the sum over elements with smaller elements."""
-        return self.with_spin + self.conformity + self.pressures
-
-
-def t_gamma(problem: RollingProblem, rolling: RollingContact) -> TGamma:
-    """Return the shares of T-gamma of a contact in steady rolling; raises WrongInput without contact."""
-    p, grid = rolling.contact.p, problem.problem.grid
+    p, area = rolling.contact.p, problem.problem.grid.area
     pressed = p[..., N]
     if not np.any(pressed > 0):
         raise WrongInput("contact without pressure: there is no T-gamma; press the bodies together")
@@ -209,15 +180,9 @@ def t_gamma(problem: RollingProblem, rolling: RollingContact) -> TGamma:
     rest, turning = w - [w_x, w_s], np.stack([mean_s - s, x - mean_x], axis=-1)
     square = float(np.sum(pressed * np.sum(turning**2, axis=-1)))
     omega = float(np.sum(pressed * np.sum(rest * turning, axis=-1))) / square if square > 0 else 0.0
-    parts = {
-        "longitudinal": np.multiply(np.ones_like(w), [w_x, 0.0]),
-        "lateral": np.multiply(np.ones_like(w), [0.0, w_s]),
-        "spin": omega * turning,
-        "conformity": rest - omega * turning,
-    }
-    works = {name: -float(np.sum(p[..., :N] * part)) * grid.area for name, part in parts.items()}
-    by_pressures = problem.power(rolling) - problem.climbing(rolling) - sum(works.values())
-    return TGamma(**works, pressures=by_pressures, creepages=(-w_x, w_s), spin_rate=omega)
+    T_x, T_s = np.sum(p[..., :N], axis=(0, 1)) * area
+    M_n = float(np.sum(p[..., :N] * turning)) * area
+    return -float(T_x) * w_x, -float(T_s) * w_s, -M_n * omega
 
 
 # --- surface index ---

@@ -68,14 +68,15 @@ def compute_damage(solution: RollingSolution, specification: DamageSpecification
 
     def compute(one: RollingSolution) -> Numbers:
         contact, sliding = one.contact, find_sliding(one.contact, specification.rolling_speed)
-        shares, p_max = t_gamma(one.problem, one.rolling), float(np.max(contact.p[..., N]))
+        longitudinal, lateral, spin = t_gamma(one.problem, one.rolling)
+        p_max = float(np.max(contact.p[..., N]))
         utilised = utilised_friction(contact)
         numbers = {
             "xi": float(one.rolling.creepages.longitudinal),
             "p_max": p_max,
             "work": sliding.total_work,
-            "t_gamma": shares.without_spin,
-            "t_gamma_with_spin": shares.with_spin,
+            "t_gamma": longitudinal + lateral,
+            "t_gamma_with_spin": longitudinal + lateral + spin,
             "utilised_friction": utilised,
         }
         for name, law in laws.items():

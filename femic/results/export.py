@@ -4,7 +4,7 @@ The grid is that of the scene's contact, and the distances on it are written bes
 """
 
 import tomllib
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -41,15 +41,6 @@ FILE = "contact_distances.txt"
 FAR = 1000.0  # mm: written where no upper body is opposite, for CONTACT reads no infinite numbers
 
 
-@dataclass(frozen=True, eq=False)
-class Distances:
-    """Distances of the bodies along n [mm], (n_x, n_s), after an approach [mm], and which that is."""
-
-    values: Array
-    approach: float
-    meaning: str
-
-
 def grid_is_given(scene: Scene) -> bool:
     """Whether a file has the grid of the scene's table [grid]: it is there, or the contact has no loads."""
     own = set(tomllib.loads(scene.text).get("grid", {})) - {"check"}
@@ -70,16 +61,10 @@ def on_contact_grid(scene: Scene) -> Scene:
     return replace(scene, grid=grid)
 
 
-def largest_loading(scene: Scene) -> Loading | None:
-    """Return the largest load of a scene's contact, or its largest approach; None where it has neither."""
-    loadings = scene.contact.loadings
-    return max(loadings, key=lambda each: (each.load or 0.0, each.approach or 0.0), default=None)
-
-
 def missed_contact(scene: Scene) -> str:
     """Return a sentence where the contact of a scene under the largest load leaves its grid; else nothing."""
-    loading, grid = largest_loading(scene), scene.grid
-    if loading is None:
+    grid = scene.grid
+    if (loading := largest_loading(scene)) is None:
         return ""
     try:
         size = contact_size(pair_on_grid(scene.contact_problem, grid), loading)
@@ -97,36 +82,43 @@ def missed_contact(scene: Scene) -> str:
     )
 
 
-def distances(scene: Scene) -> Distances:
-    """Return the distances on a scene's grid after the approach of its largest load, which B-hat tells.
+def largest_loading(scene: Scene) -> Loading | None:
+    """Return the largest load of a scene's contact, or its largest approach; None where it has neither."""
+    loadings = scene.contact.loadings
+    return max(loadings, key=lambda each: (each.load or 0.0, each.approach or 0.0), default=None)
 
-    Without loads, and where contact is not on the grid, they are those of bodies that just touch.
+
+def distances(scene: Scene) -> tuple[Array, float, str]:
+    """Return the distances on a scene's grid after an approach, the approach [mm], and which that is.
+
+    It is that of the largest load, which B-hat tells. Without loads, and where contact is not on the grid,
+    the bodies just touch.
     """
     on_grid, loading = pair_on_grid(scene.contact_problem, scene.grid), largest_loading(scene)
-    if loading is None:
-        return distances_after(
-            on_grid, 0.0, "the bodies just touch: subtract zeta cos(delta) for an approach zeta"
-        )
-    try:
-        contact = on_grid.solve(on_grid.operator(SIZING), loading)
-    except Failure as failure:
-        return distances_after(on_grid, 0.0, f"the bodies just touch, as no approach was found: {failure}")
-    by_load = f"the approach by B-hat at {loading}; the load is a result"
-    meaning = by_load if loading.approach is None else "as contact.approaches says"
-    if scene.contact.exact:
-        meaning += "; linearised, whatever contact.gap says"
-    return distances_after(contact.on_grid, contact.normal.approach, meaning)
+    approach, meaning = 0.0, "the bodies just touch: subtract zeta cos(delta) for an approach zeta"
+    if loading is not None:
+        try:
+            contact = on_grid.solve(on_grid.operator(SIZING), loading)
+        except Failure as failure:
+            meaning = f"the bodies just touch, as no approach was found: {failure}"
+        else:
+            on_grid, approach = contact.on_grid, contact.normal.approach
+            by_load = f"the approach by B-hat at {loading}; the load is a result"
+            meaning = by_load if loading.approach is None else "as contact.approaches says"
+            if scene.contact.exact:
+                meaning += "; linearised, whatever contact.gap says"
+    return distances_after(on_grid, approach), approach, meaning
 
 
-def distances_after(on_grid: PairOnGrid, approach: float, meaning: str = "") -> Distances:
-    """Return h - approach cos(delta) on a grid, where h are the distances of bodies that just touch."""
+def distances_after(on_grid: PairOnGrid, approach: float) -> Array:
+    """Return h - approach cos(delta) [mm], (n_x, n_s); h are the distances of bodies that just touch."""
     values = on_grid.distance - approach * on_grid.cosine
-    return Distances(np.where(np.isfinite(values), values, FAR), approach, meaning)
+    return np.where(np.isfinite(values), values, FAR)
 
 
-def write_distances(found: Distances, folder: Path) -> Path:
+def write_distances(values: Array, folder: Path) -> Path:
     """Write distances as a list for CONTACT, x fastest; return the path of the file."""
-    lines = "\n".join(repr(float(value)) for value in found.values.T.ravel())
+    lines = "\n".join(repr(float(value)) for value in values.T.ravel())
     return write_text(f"{lines}\n", folder / FILE)
 
 
@@ -135,66 +127,40 @@ def write_distances(found: Distances, folder: Path) -> Path:
 
 SAME_ICS = 1e-12  # of the largest IC: below this difference, ICs of strips depend on their offset only
 RAW = "; raw: with the rigid compliance of both bodies up to their clamped far arcs"
-SUFFIXES: dict[Discount, str] = {"approach": "", "source": "_source", "none": "_raw"}
+SUFFIXES: dict[Discount | None, str] = {None: "", "approach": "", "source": "_source", "none": "_raw"}
 
 
-@dataclass(frozen=True)
-class ExportSpecification:
-    """The ICs of a file: C after a discount, by default the scene's, or an approximation."""
-
-    ics: str
-    discount: Discount | None = None
-
-    @property
-    def name(self) -> str:
-        """The name of the file."""
-        return f"contact_{self.ics}{SUFFIXES[self.discount] if self.discount else ''}.txt"
-
-
-@dataclass(frozen=True)
-class Export:
-    """A written file with its content, its scene on the grid of the file, its specification, distances."""
-
-    path: Path
-    file: ContactFile
-    scene: Scene
-    specification: ExportSpecification
-    distances: Distances
-
-
-def require_exportable(scene: Scene, specification: ExportSpecification) -> None:
+def require_exportable(scene: Scene, ics: str, discount: Discount | None = None) -> None:
     """Raise BadScene for a grid or an engine that does not fit, WrongInput for ICs that are not available."""
     if "combined" not in scene.compared:
         raise WrongInput("bodies: CONTACT needs the ICs of both bodies together: add 'combined'")
-    if specification.discount and specification.ics != "C":
+    if discount and ics != C:
         raise WrongInput(
-            f"discount = {specification.discount}, ics = {specification.ics}: approximations have no "
-            "discount: leave --discount out, or give --ics C"
+            f"discount = {discount}, ics = {ics}: approximations have no discount: leave --discount out, or "
+            "give --ics C"
         )
-    is_variant = specification.ics in VARIANTS
-    if is_variant and needs_effective(specification.ics) and not scene.pair.has_effective("combined"):
-        raise WrongInput(
-            f"ics = {specification.ics}: the scene has no effective properties; see femic calibrate"
-        )
+    is_variant = ics in VARIANTS
+    if is_variant and needs_effective(ics) and not scene.pair.has_effective("combined"):
+        raise WrongInput(f"ics = {ics}: the scene has no effective properties; see femic calibrate")
     engine_misfits = () if is_variant else matrix_engine_misfits(scene)
     own_grid = grid_misfits(scene) if grid_is_given(scene) else ()
     require_none(scene.name, [*own_grid, *engine_misfits])
 
 
 def export(
-    scene: Scene, specification: ExportSpecification, out: Path, options: RunOptions = DEFAULT
-) -> Export:
-    """Write `contact_ICS.txt` with the ICs of both bodies: C, which is computed, or an approximation.
+    scene: Scene, ics: str, discount: Discount | None, out: Path, options: RunOptions = DEFAULT
+) -> str:
+    """Write `contact_ICS.txt` with the ICs of both bodies; return text on the settings for CONTACT.
 
-    The grid is that of the scene's contact, or its [grid] where it is given; the distances on it are written
-    to `contact_distances.txt`. What is missing is said before any ICs are computed. C after the source's
+    `ics` is C, which is computed, after a `discount`, by default the scene's, or an approximation. The grid
+    is that of the scene's contact, or its [grid] where it is given; the distances on it are written to
+    `contact_distances.txt`. What is missing is said before any ICs are computed. C after the source's
     discount is written to `contact_C_source.txt`, without discount to `contact_C_raw.txt`; on the scene's own
     grid the matrix is kept beside it, `matrix.nc`. Raises as `require_exportable` does, and Failure where no
     grid fits.
     """
-    require_exportable(scene, specification)
-    ics, watch = specification.ics, options.watch
-    discount = (specification.discount or scene.discount) if ics == C else None
+    require_exportable(scene, ics, discount)
+    watch, discount = options.watch, (discount or scene.discount) if ics == C else None
     folders.make(out)
     placed = on_contact_grid(scene)
     require_none(scene.name, grid_misfits(placed))
@@ -206,7 +172,7 @@ def export(
             f"note: {ics}: the scene has no effective properties, so xn is that of A: femic calibrate fits "
             "them"
         )
-    found = distances(placed)
+    values, approach, meaning = distances(placed)
     on_grid = pair_on_grid(placed.contact_problem, placed.grid)
     if discount is None and on_grid.offset:
         matrix = approximate_matrix(ics, placed.pair, placed.grid, upper_offset=on_grid.offset)
@@ -219,32 +185,33 @@ def export(
         compute_matrix(placed, out / "matrix.nc", options)
         with xr.open_dataset(out / "matrix.nc", engine="h5netcdf") as dataset:
             file = to_contact(placed, dataset.ic.sel(body="combined").values)
-    specification = ExportSpecification(ics, discount)
-    path = out / specification.name
+    path = out / f"contact_{ics}{SUFFIXES[discount]}.txt"
     watch.on_stage("  writing")
     contact_file.write(file, path)
-    write_distances(found, out)
-    return Export(path, file, placed, specification, found)
+    write_distances(values, out)
+    return contact_settings(placed, file, path, approach, meaning)
 
 
-def contact_settings(exported: Export) -> str:
-    """Return text on the settings for CONTACT, and on wrong settings that CONTACT does not notice."""
-    file, grid = exported.file, exported.scene.grid
+def contact_settings(scene: Scene, file: ContactFile, path: Path, approach: float, meaning: str) -> str:
+    """Return text on the settings for CONTACT, and on wrong settings that CONTACT does not notice.
+
+    `scene` has the grid of the file; the distances are those after an `approach` [mm] of this `meaning`.
+    """
+    grid, raw = scene.grid, path.stem.endswith(SUFFIXES["none"])
     strips = (
         "one matrix for all strips, one strip and one lag more than CONTACT's grid"
         if file.one_for_all
         else f"{file.n_s} matrices, one a loaded strip, {file.n_x} lags"
     )
-    upper, lower = (exported.scene.bodies[name].material for name in ("upper", "lower"))
+    upper, lower = (scene.bodies[name].material for name in ("upper", "lower"))
     return (
-        f"CONTACT file: {exported.path}: {strips}{RAW if exported.specification.discount == 'none' else ''}\n"
+        f"CONTACT file: {path}: {strips}{RAW if raw else ''}\n"
         f"set in CONTACT: MX = {grid.n_x} or less, MY = {grid.n_s}{' or less' if file.one_for_all else ''}, "
         f"XL = {-grid.n_x * grid.dx / 2:g}, YL = {grid.extent[0]:g}, DX = {grid.dx:g}, DY = {grid.ds:g} mm; "
         f"CHI = 0, DQ = {grid.dx:g} if it rolls; body 1 = upper: POISS = {upper.nu:g}, {lower.nu:g}, "
         f"GG = {upper.G:.8g}, {lower.G:.8g} MPa; MAXOUT > 1\n"
-        f"distances: {exported.path.with_name(FILE)}: h(x, s) - zeta cos(delta(s)) [mm], x fastest, for "
-        f"IBASE = 9 with N = 0, PEN = 0; zeta = {exported.distances.approach:.6g} mm, "
-        f"{exported.distances.meaning}\n"
+        f"distances: {path.with_name(FILE)}: h(x, s) - zeta cos(delta(s)) [mm], x fastest, for "
+        f"IBASE = 9 with N = 0, PEN = 0; zeta = {approach:.6g} mm, {meaning}\n"
         "note: CONTACT does not notice other XL, YL, CHI, DQ, POISS, GG, or swapped bodies; contact must "
         "stay clear of the grid's edges, by three elements"
     )
@@ -252,7 +219,7 @@ def contact_settings(exported: Export) -> str:
 
 def to_contact(scene: Scene, ics: Array) -> ContactFile:
     """Return a file with a matrix per loaded strip, from combined ICs (n_x, n_s, n_s, 3, 3) [mm/MPa]."""
-    return _scale(scene, contact_file.by_offsets(ics))
+    return to_contact_units(scene, contact_file.by_offsets(ics))
 
 
 def approximate_file(scene: Scene, variant: str) -> ContactFile:
@@ -271,12 +238,17 @@ def approximate_file(scene: Scene, variant: str) -> ContactFile:
     ahead, behind = (column(variant, pair, larger, strip) for strip in (0, grid.n_s))
     first, last = (np.moveaxis(end, -1, 0)[None, None] for end in (behind[..., 0], ahead[..., -1]))
     inner = contact_file.common_by_offsets(matrix(variant, pair, longer))
-    return _scale(scene, np.concatenate([first, inner, last], axis=1))
+    return to_contact_units(scene, np.concatenate([first, inner, last], axis=1))
 
 
-def _scale(scene: Scene, values: Array) -> ContactFile:
-    values *= scene.pair.constants.G
-    return ContactFile(values, scene.grid.dx, scene.grid.ds, convex_body(scene))
+def to_contact_units(scene: Scene, by_offset: Array) -> ContactFile:
+    """Return a file of ICs arranged by offset [mm/MPa], which become ICs times G.
+
+    The convex body is the lower one, or the upper one where the lower contour is hollow.
+    """
+    start, end = scene.bodies["lower"].contour.inclination(np.array(scene.grid.extent))
+    by_offset *= scene.pair.constants.G
+    return ContactFile(by_offset, scene.grid.dx, scene.grid.ds, 1 if end < start else 2)
 
 
 def discounted_matrix(scene: Scene, discount: Discount, options: RunOptions) -> Array:
@@ -296,12 +268,6 @@ def depends_on_offset_only(ics: Array) -> bool:
     """Whether ICs (n_x, n_s, n_s, 3, 3) are the same for all pairs of strips with the same offset."""
     moved = np.abs(ics[:, 1:, 1:] - ics[:, :-1, :-1])
     return bool(np.max(moved, initial=0.0) <= SAME_ICS * np.max(np.abs(ics)))
-
-
-def convex_body(scene: Scene) -> int:
-    """Return the number of the convex body: 1 for the upper, 2 for the lower one and for a plane."""
-    start, end = scene.bodies["lower"].contour.inclination(np.array(scene.grid.extent))
-    return 1 if end < start else 2
 
 
 FORMATS = {"contact": export}

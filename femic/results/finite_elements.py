@@ -54,8 +54,14 @@ def compute_fe_contact(
             solved.append(None)
     if len(failed) == len(solved):
         raise Failure("; ".join(failed))
-    rigid = _rigid_compliance(scene, options)
-    return join_finite_elements(contacts, solved, cells, rigid).assign_attrs(left_out="; ".join(failed))
+    key = _rigid_key(scene, options.store)
+    rigid = options.store.get(key)
+    if rigid is None:
+        compliance = rigid_compliance(scene.contact_problem, options)
+        rigid = xr.Dataset({"compliance": ((), compliance, {"units": "mm/N"})})
+        options.store.put(key, rigid)
+    dataset = join_finite_elements(contacts, solved, cells, float(rigid.compliance))
+    return dataset.assign_attrs(left_out="; ".join(failed))
 
 
 def stored_fe_contact(scene: Scene, contacts: xr.Dataset, store: Store) -> xr.Dataset | None:
@@ -121,17 +127,6 @@ def _key(scene: Scene, load: float, cells: float, store: Store) -> str:
     bodies = supported_bodies(scene.contact_problem)
     given = bodies.lower, bodies.upper, bodies.s_range, bodies.shift, load, cells
     return store.key("fe_contact", results_digest(), *given)
-
-
-def _rigid_compliance(scene: Scene, options: RunOptions) -> float:
-    """Return M_zz [mm/N] of both bodies, from the store if it is there."""
-    key = _rigid_key(scene, options.store)
-    stored = options.store.get(key)
-    if stored is None:
-        compliance = rigid_compliance(scene.contact_problem, options)
-        stored = xr.Dataset({"compliance": ((), compliance, {"units": "mm/N"})})
-        options.store.put(key, stored)
-    return float(stored.compliance)
 
 
 def _rigid_key(scene: Scene, store: Store) -> str:

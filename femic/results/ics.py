@@ -51,10 +51,6 @@ class Results:
         """Names of all ICs: the approximations, C of the check, C."""
         return (*self.scene.variants, *(("C_solid",) if self.checks else ()), "C")
 
-    def computed(self, body: str) -> list[str]:
-        """Return the names of the ICs that could be computed for a body."""
-        return [variant for variant in self.variants if not np.isnan(self.seconds[variant, body])]
-
     @property
     def models(self) -> dict[str, Cost]:
         """The cost of every solved model, by body and model."""
@@ -205,17 +201,12 @@ def engine_differences(results: Results, body: str) -> tuple[dict[str, Array], d
     return measure.shares(c.ic - check.ic), measure.shares(c.estimate + check.estimate)
 
 
-def refinement_scales(results: Results, body: str) -> dict[str, Array]:
-    """Return the scale of refinement of C per line, (3, 3) [mm/N]: `femic.reference.job`."""
-    return scales([results.jobs[name] for name in solved_parts(body)], reference_ics(results, body).ic)
-
-
 def refinement_shares(results: Results, body: str, deviations: Array) -> dict[str, Array]:
     """Return deviations from C, (3, 3, n_points) [mm/N], as shares of the scale of refinement, by line.
 
-    These shares are compared with a tolerance.
+    These shares are compared with a tolerance (`femic.reference.job`).
     """
-    by_line = refinement_scales(results, body)
+    by_line = scales([results.jobs[name] for name in solved_parts(body)], reference_ics(results, body).ic)
     return {
         line: np.max(np.abs(deviations[..., part]), axis=-1) / by_line[line]
         for line, part in results.lines.items()

@@ -45,7 +45,8 @@ def to_dataset(results: Results) -> xr.Dataset:
     """Return all ICs per unit total load after the discount, their estimates, ICs before it, and M.
 
     `ic` has the dims (variant, body, i, j, point) [mm/N]; the dataset has dims, units and meanings of
-    the other variables. ICs that were not computed are NaN.
+    the other variables. ICs that were not computed are NaN. `estimate` is the estimated error of C, with its
+    parts, and `estimate_solid` that of C by the other engine.
     """
     bodies, references = results.scene.compared, results.references
     ic = [[select_ics(results, variant, body) for body in bodies] for variant in results.variants]
@@ -53,10 +54,20 @@ def to_dataset(results: Results) -> xr.Dataset:
         np.stack([getattr(reference, name) for reference in references.values()])
         for name in ("raw", "discount")
     )
+    c = [reference_ics(results, body) for body in bodies]
+    estimates = {
+        name: ([getattr(of_body, part) for of_body in c], meaning) for part, (name, meaning) in PARTS.items()
+    }
+    if results.checks:
+        checks = [check_ics(results, body).estimate for body in bodies]
+        estimates["estimate_solid"] = checks, "estimated error of C_solid"
     return xr.Dataset(
         {
             "ic": (("variant", "body", *LOCAL), np.array(ic), PER_LOAD),
-            **_estimates(results),
+            **{
+                name: (("body", *LOCAL), np.stack(arrays), PER_LOAD | {"meaning": meaning})
+                for name, (arrays, meaning) in estimates.items()
+            },
             "raw": (("solved", *LOCAL), raw, PER_LOAD | {"meaning": "C before the rigid-body discount"}),
             "discount": (("solved", "axis", "axis_"), m, {"units": "mm/N, 1/N, 1/(N mm)"}),
         },
@@ -107,21 +118,6 @@ def _load(scene: Scene) -> dict[str, str | float]:
     }
 
 
-def _estimates(results: Results) -> dict[str, xr.Variable]:
-    """Return the estimated error of C, its parts, and the estimate of the other engine's C."""
-    c = [reference_ics(results, body) for body in results.scene.compared]
-    values = {
-        name: ([getattr(body_c, part) for body_c in c], meaning) for part, (name, meaning) in PARTS.items()
-    }
-    if results.checks:
-        checks = [check_ics(results, body).estimate for body in results.scene.compared]
-        values["estimate_solid"] = checks, "estimated error of C_solid"
-    return {
-        name: xr.Variable(("body", *LOCAL), np.stack(arrays), PER_LOAD | {"meaning": meaning})
-        for name, (arrays, meaning) in values.items()
-    }
-
-
 def _attributes(results: Results) -> dict[str, str | float]:
     """Return what a page says besides the variables: the scene, its bodies, the models of C, settings.
 
@@ -131,7 +127,7 @@ def _attributes(results: Results) -> dict[str, str | float]:
     where the body is prismatic, `hub_radius` where the model does not reach the hub; `truncated`: far arc or
     ends stand for a body without end, and are not given; the factors are over first cells and first domain.
     """
-    scene = results.scene
+    scene, settings, cells = results.scene, results.scene.settings, results.scene.first_cells
     bodies = {
         name: {
             "E": body.material.E,
@@ -147,7 +143,7 @@ def _attributes(results: Results) -> dict[str, str | float]:
     }
     domain = {}
     for name, reference in results.references.items():
-        body, (cells, size) = reference.body, factors(reference.level)
+        body, (cells_factor, domain_factor) = reference.body, factors(reference.level)
         domain[name] = {
             "far_radius": body.domain.far_radius,
             "half_length": finite(body.xi_end),
@@ -156,19 +152,38 @@ def _attributes(results: Results) -> dict[str, str | float]:
             "rolling_radius": finite(body.rolling_radius),
             "hub_radius": body.rolling_radius - body.depth if body.reaches_hub else None,
             "smallest_cell": reference.cells.smallest,
-            "cells_factor": cells,
-            "domain_factor": size,
+            "cells_factor": cells_factor,
+            "domain_factor": domain_factor,
         }
+    first = scene.bodies["lower"].domain
+    solid_settings: dict[str, float | str] = {
+        "first line_growth": cells.line_growth,
+        "half_length [mm]" if first.length_given else "first half_length [mm]": first.half_length,
+        "solver": settings.solver,
+        "relative residual": RESIDUAL,
+    }
+    of_engine = {  # defaults included
+        "engine": settings.engine.description,
+        "tolerance": settings.tolerance,
+        "most_unknowns": settings.most_unknowns,
+        "first smallest_cell [mm]": cells.smallest,
+        "first growth": cells.growth,
+        "far_radius [mm]" if first.radius_given else "first far_radius [mm]": first.far_radius,
+        **({} if settings.engine.infinite_length else solid_settings),
+        "reference_length [mm]": scene.reference_length,
+        "rotation_reach [mm]": settings.rotation_reach,
+        "moment_arm [mm]": settings.moment_arm,
+    }
     return _load(scene) | {
         "components": json.dumps(scene.components),
         "bodies": json.dumps(bodies),
-        "infinite_length": int(scene.settings.engine.infinite_length),
-        "rotation_reach": scene.settings.rotation_reach,
-        "moment_arm": scene.settings.moment_arm,
+        "infinite_length": int(settings.engine.infinite_length),
+        "rotation_reach": settings.rotation_reach,
+        "moment_arm": settings.moment_arm,
         "domain": json.dumps(domain),
         "models": json.dumps({name: asdict(cost) for name, cost in results.models.items()}),
         "seconds": json.dumps({f"{v} {body}": value for (v, body), value in results.seconds.items()}),
-        "settings": json.dumps(settings(scene)),
+        "settings": json.dumps(of_engine),
         "warnings": json.dumps(list(warnings(scene))),
         "versions": json.dumps(versions()),
         "code": results_digest(),
@@ -178,29 +193,6 @@ def _attributes(results: Results) -> dict[str, str | float]:
 def finite(value: float) -> float | None:
     """Return the value, or None for infinity and NaN, which JSON lacks."""
     return float(value) if np.isfinite(value) else None
-
-
-def settings(scene: Scene) -> dict[str, float | str]:
-    """Return all settings of the reference engine, defaults included."""
-    reference_settings, cells, domain = scene.settings, scene.first_cells, scene.bodies["lower"].domain
-    solid_settings: dict[str, float | str] = {
-        "first line_growth": cells.line_growth,
-        "half_length [mm]" if domain.length_given else "first half_length [mm]": domain.half_length,
-        "solver": reference_settings.solver,
-        "relative residual": RESIDUAL,
-    }
-    return {
-        "engine": reference_settings.engine.description,
-        "tolerance": reference_settings.tolerance,
-        "most_unknowns": reference_settings.most_unknowns,
-        "first smallest_cell [mm]": cells.smallest,
-        "first growth": cells.growth,
-        "far_radius [mm]" if domain.radius_given else "first far_radius [mm]": domain.far_radius,
-        **({} if reference_settings.engine.infinite_length else solid_settings),
-        "reference_length [mm]": scene.reference_length,
-        "rotation_reach [mm]": reference_settings.rotation_reach,
-        "moment_arm [mm]": reference_settings.moment_arm,
-    }
 
 
 BY_LINE = ("line", "i", "j")
@@ -281,35 +273,43 @@ def errors_in(dataset: xr.Dataset) -> xr.Dataset:
     """
     if "C" not in dataset.variant:
         raise WrongInput("ics: without C there is nothing to compare with: compute it, too")
-    return _describe(
-        _measured(dataset, {str(body): _measure_in(dataset.sel(body=body)) for body in dataset.body.values})
-    )
-
-
-def _measure_in(dataset: xr.Dataset) -> Measure:
-    """Return the measure of errors of one body's labelled ICs."""
-    c, estimate = dataset.ic.sel(variant="C").values, dataset.estimate.values
-    nn = dataset.ic.sel(i="n", j="n")
-    known = [name for name in ("C", "A") if name in nn.variant and not np.any(nn.sel(variant=name).isnull())]
-    if not known:
-        raise WrongInput("ics: errors are measured beside C_nn or A_nn: compute the component nn, or A")
+    line_names = dataset.line.values
+    indices = {str(line): np.flatnonzero(line_names == line) for line in dict.fromkeys(line_names)}
+    lines = {line: slice(points[0], points[-1] + 1) for line, points in indices.items()}
     patch = Patch(dataset.a, dataset.b, dataset.load_s)
     far = far_from(patch, dataset.x.values, dataset.s.values)
-    return Measure(c, estimate, nn.sel(variant=known[0]).values, _parts(dataset), far)
-
-
-def _parts(dataset: xr.Dataset) -> dict[str, slice]:
-    """Return the part of the points that belongs to each line."""
-    lines = dataset.line.values
-    indices = {str(line): np.flatnonzero(lines == line) for line in dict.fromkeys(lines)}
-    return {line: slice(points[0], points[-1] + 1) for line, points in indices.items()}
+    measures = {}
+    for body in dataset.body.values:
+        own = dataset.sel(body=body)
+        nn = own.ic.sel(i="n", j="n")
+        known = [one for one in ("C", "A") if one in nn.variant and not np.any(nn.sel(variant=one).isnull())]
+        if not known:
+            raise WrongInput("ics: errors are measured beside C_nn or A_nn: compute the component nn, or A")
+        c, scale = own.ic.sel(variant="C").values, nn.sel(variant=known[0]).values
+        measures[str(body)] = Measure(c, own.estimate.values, scale, lines, far)
+    return _describe(_measured(dataset, measures))
 
 
 def _measured(dataset: xr.Dataset, measures: Mapping[str, Measure]) -> xr.Dataset:
-    return xr.concat(
-        [_body_errors(dataset.sel(body=body), measure) for body, measure in measures.items()],
-        dim=xr.Variable("body", list(measures)),
-    )
+    """Return the errors of all variants by body; those of C are its estimates."""
+    bodies = []
+    for body, measure in measures.items():
+        ic, estimate = dataset.ic.sel(body=body), dataset.estimate.sel(body=body)
+        deviations = (ic - ic.sel(variant="C", drop=True)).where(ic.variant != "C", estimate).values
+        values = {
+            "error": _stack(measure.shares(deviations)),
+            "rms": _stack(measure.rms(deviations)),
+            "weight": _stack(measure.weights(deviations)),
+            "vanishes": measure.vanishing,
+        }
+        coordinates = {"line": list(measure.lines), "i": list(DIRECTIONS), "j": list(DIRECTIONS)}
+        bodies.append(
+            xr.Dataset(
+                {name: (ERRORS[name][0], value) for name, value in values.items()},
+                coords={"variant": ic.variant.values} | coordinates,
+            )
+        )
+    return xr.concat(bodies, dim=xr.Variable("body", list(measures)))
 
 
 def _describe(measured: xr.Dataset) -> xr.Dataset:
@@ -319,26 +319,6 @@ def _describe(measured: xr.Dataset) -> xr.Dataset:
             is_share = measured[name].dtype != bool
             measured[name].attrs = {"meaning": meaning} | ({"units": "1"} if is_share else {})
     return measured.assign_attrs(code=results_digest())
-
-
-def _body_errors(body_dataset: xr.Dataset, measure: Measure) -> xr.Dataset:
-    ic, estimate = body_dataset.ic, body_dataset.estimate
-    deviations = (ic - ic.sel(variant="C", drop=True)).where(ic.variant != "C", estimate).values
-    values = {
-        "error": _stack(measure.shares(deviations)),
-        "rms": _stack(measure.rms(deviations)),
-        "weight": _stack(measure.weights(deviations)),
-        "vanishes": measure.vanishing,
-    }
-    return xr.Dataset(
-        {name: (ERRORS[name][0], errors_of_lines) for name, errors_of_lines in values.items()},
-        coords={
-            "variant": ic.variant.values,
-            "line": list(measure.lines),
-            "i": list(DIRECTIONS),
-            "j": list(DIRECTIONS),
-        },
-    )
 
 
 def _stack(by_line: Mapping[str, Array]) -> Array:

@@ -153,51 +153,17 @@ class Strip:
     deviations: Mapping[str, Mapping[str, Deviation]]  # by variant; of "C": its estimated errors
 
 
-def evaluate_strip(
-    scene: Scene, solved: Mapping[str, MatrixReference], strip: int, of_solved: Mapping[str, EstimatedICs]
-) -> Strip:
-    """Return what follows from the columns of the solved bodies under loads on a strip.
-
-    Approximations, which are ICs of half-spaces, are compared with C after the source's discount.
-    """
-    columns, grid = combined_columns(scene, solved, strip, of_solved), scene.grid
-    by_source = of_solved
-    if scene.discount != SOURCE:
-        by_source = {body: reference.column(strip, SOURCE) for body, reference in solved.items()}
-    errors, deviations = {}, {}
-    for body, c in columns.items():
-        jobs = [solved[part].job for part in solved_parts(body)]
-        errors[body] = column_shares(strip, c, column_scale(strip, c.ic, jobs))
-        without_bending = total([by_source[part] for part in solved_parts(body)])
-        column = ReferenceColumn(without_bending, is_far(strip, grid), half_spaces_nn(strip, jobs))
-        known = [name for name in scene.variants if body in scene.fitted or not needs_effective(name)]
-        differences = {
-            variant: ics / grid.area - without_bending.ic
-            for variant, ics in approximations(known, solids(scene)[body], grid, strip).items()
-        }
-        deviations[body] = {
-            name: column.deviation(difference)
-            for name, difference in (differences | {"C": without_bending.estimate}).items()
-        }
-    raw = {body: reference.raw_column(strip) for body, reference in solved.items()}
-    return Strip(strip, raw, columns, errors, deviations)
-
-
 def matrix_shape(scene: Scene) -> tuple[int, int, int, int, int]:
     """Return the shape of the matrix of a body: lags, observing strips, loaded strips, i, j."""
     grid = scene.grid
     return grid.n_x, grid.n_s, grid.n_s, 3, 3
 
 
-def directions_last(column: Array) -> Array:
-    """Return a column (i, j, lag, observing strip) as (lag, observing strip, i, j)."""
-    return np.moveaxis(column, (0, 1), (2, 3))
-
-
 # --- the file -------------------------------------------------------------------------------------------
 
 
 DIMENSIONS = ("body", "lag", "observed", "loaded", "i", "j")
+DIRECTIONS_LAST = 2, 3, 0, 1  # of a column (i, j, lag, observing strip)
 VARIABLES = (("ic", "f8", "C after the discount"), ("estimate", "f4", "estimated error of C"))
 
 
@@ -257,20 +223,41 @@ class MatrixFile:
         self._deviations: dict[str, dict[str, Deviation]] = {body: {} for body in scene.compared}
 
     def made(self, strip: int, columns: Mapping[str, EstimatedICs]) -> Strip:
-        """Return what the columns of the solved bodies give."""
-        return evaluate_strip(self._scene, self._solved, strip, columns)
+        """Return what follows from the columns of the solved bodies under loads on a strip.
+
+        Approximations, which are ICs of half-spaces, are compared with C after the source's discount.
+        """
+        scene, solved, grid = self._scene, self._solved, self._scene.grid
+        by_source = columns
+        if scene.discount != SOURCE:
+            by_source = {body: reference.column(strip, SOURCE) for body, reference in solved.items()}
+        compared = combined_columns(scene, solved, strip, columns)
+        errors, deviations = {}, {}
+        for body, c in compared.items():
+            jobs = [solved[part].job for part in solved_parts(body)]
+            errors[body] = column_shares(strip, c, column_scale(strip, c.ic, jobs))
+            without_bending = total([by_source[part] for part in solved_parts(body)])
+            reference = ReferenceColumn(without_bending, is_far(strip, grid), half_spaces_nn(strip, jobs))
+            known = [name for name in scene.variants if body in scene.fitted or not needs_effective(name)]
+            approximated = approximations(known, solids(scene)[body], grid, strip)
+            differences = {
+                name: ics / grid.area - without_bending.ic for name, ics in approximated.items()
+            } | {"C": without_bending.estimate}
+            deviations[body] = {name: reference.deviation(one) for name, one in differences.items()}
+        raw = {body: reference.raw_column(strip) for body, reference in solved.items()}
+        return Strip(strip, raw, compared, errors, deviations)
 
     def add(self, made: Strip) -> None:
         """Write the columns of a strip, and add them to the results."""
         assert self._file is not None  # as `begin` has made sure
         strip = made.strip
         for body, matrix in self._raw.items():
-            matrix[:, :, strip] = directions_last(made.raw[body])
+            matrix[:, :, strip] = made.raw[body].transpose(DIRECTIONS_LAST)
         for body, matrix in self._discounted.items():
-            matrix[:, :, strip] = directions_last(made.columns[body].ic)
+            matrix[:, :, strip] = made.columns[body].ic.transpose(DIRECTIONS_LAST)
         for b, (body, c) in enumerate(made.columns.items()):
             for name, ics in (("ic", c.ic), ("estimate", c.estimate)):
-                self._file[name][b, :, :, strip] = self._scene.grid.area * directions_last(ics)
+                self._file[name][b, :, :, strip] = self._scene.grid.area * ics.transpose(DIRECTIONS_LAST)
             self._errors[body].append(made.errors[body])
             joined = self._deviations[body]
             for name, deviation in made.deviations[body].items():

@@ -147,8 +147,8 @@ def require_track(specification: ShiftsFile) -> None:
 
     Rails of the package lie as in their standard; what is assumed of a wheel is said (`assumed_text`).
     """
-    rails = [(name, table) for name, table in _profiles(specification) if "rail" in name]
-    of_files = [name for name, table in rails if not table.is_standard]
+    profiles = specification.profiles.items()
+    of_files = [name for name, table in profiles if "rail" in name and not table.is_standard]
     missing = [
         f"{table}.{key} = {value_text(getattr(getattr(specification, table), key))}"
         for table, key in NEEDED
@@ -168,7 +168,7 @@ def canted_rails(specification: ShiftsFile) -> tuple[str, ...]:
     if slope == 0:
         return ()
     sentences = []
-    for name, table in _profiles(specification):
+    for name, table in specification.profiles.items():
         if "rail" not in name or table.is_standard:
             continue
         lines = read_source(Path(table.profile)).lines
@@ -208,13 +208,6 @@ def _of_table(prefix: str, table: SceneTable) -> Iterator[tuple[str, dict[str, A
         yield prefix + key, {"value": value, "origin": origin, "meaning": meaning}
 
 
-def _profiles(specification: ShiftsFile) -> Iterator[tuple[str, ProfileTable]]:
-    """Yield the profiles that the specification names."""
-    for name in TABLES:
-        if isinstance(table := getattr(specification, name), ProfileTable):
-            yield name, table
-
-
 def value_text(value: Any) -> str:
     """Return a value as text; equal ones of both sides once."""
     if isinstance(value, bool):
@@ -251,11 +244,16 @@ def rolling_wheelsets(
     may_mirror = study.alike and rolling.lateral == 0 == rolling.spin
     solved: dict[float, xr.Dataset] = {}
     for count, (shift, position) in enumerate(positions.items(), start=1):
-        sides = [
-            _side(study, Place(study.layout, position, side), contacts[shift, side])
-            for side in SIDES
-            if (shift, side) in contacts
-        ]
+        sides = []  # on the grids of their contacts without friction
+        for k, side in enumerate(SIDES):
+            if (contact := contacts.get((shift, side))) is None:
+                continue
+            place, grids = Place(study.layout, position, side), read_grids(contact)
+            rail, wheel = study.specification.rails[k], study.specification.wheels[k]
+            bodies = bodies_at(place, rail, wheel, float(contact.attrs["steepest"]))
+            problem = contact_problem(bodies, study.specification.contact, grids[0])
+            approach = float(contact.approach.isel(ics=0))
+            sides.append(RollingSide(place, problem, grids, approach, C in contact.ics.values))
         if not sides:
             continue
         if may_mirror and -shift in solved and shift != 0 and is_mirrored(positions, shift):
@@ -273,16 +271,6 @@ def mirror(entry: xr.Dataset) -> xr.Dataset:
     names = dict(zip(SIDES, SIDES[::-1], strict=True))
     reasons = {names[side]: text for side, text in json.loads(entry.attrs["reasons"]).items()}
     return swapped.assign_attrs(reasons=json.dumps(reasons))
-
-
-def _side(study: Study, where: Place, contact: xr.Dataset) -> RollingSide:
-    """Return a side on the grid of its contact without friction."""
-    k, grids = SIDES.index(where.side), read_grids(contact)
-    rail, wheel = study.specification.rails[k], study.specification.wheels[k]
-    bodies = bodies_at(where, rail, wheel, float(contact.attrs["steepest"]))
-    problem = contact_problem(bodies, study.specification.contact, grids[0])
-    approach = float(contact.approach.isel(ics=0))
-    return RollingSide(where, problem, grids, approach, C in contact.ics.values)
 
 
 def _solve_or_load(study: Study, rolling: RollingTable, sides: list[RollingSide], label: str) -> xr.Dataset:

@@ -15,7 +15,6 @@ from femic.reference.run_options import RunOptions, Watch
 from femic.shifts.contact import PATCH, contact_at
 from femic.shifts.sides import SIDES, Place
 from femic.shifts.specification import ShiftsFile
-from geometries.arrays import Array
 from geometries.errors import Failure
 from geometries.track.conicity import equivalent_conicity
 from geometries.track.layout import Layout, SideName
@@ -132,8 +131,16 @@ def conicity(layout: Layout, specification: ShiftsFile, watch: Watch, *, alike: 
     jumps: list[float] = []
     value, reason = np.nan, ""
     for beyond in BEYOND:
+        end = amplitude + beyond
+        count = int(np.ceil(end / STEP))
+        shifts = np.linspace(0.0, end, count + 1) if alike else np.linspace(-end, end, 2 * count + 1)
         try:
-            at, differences, jumps = _near(layout, amplitude + beyond, from_middle=alike)
+            found = over_shifts(layout, shifts, roll=ABOUT)
+            at, differences = found.rolling_radius_differences()
+            jumps = [jump.shift for jump in found.jumps]
+            if alike:
+                at, differences = (np.concatenate([-part[:0:-1], part]) for part in (at, differences))
+                jumps = sorted([*(-jump for jump in jumps), *jumps])
             value, reason = equivalent_conicity(at, differences, amplitude).value, ""
             break
         except Failure as failure:
@@ -149,22 +156,6 @@ def conicity(layout: Layout, specification: ShiftsFile, watch: Watch, *, alike: 
             "jumps": [round(jump, 3) for jump in jumps],
         },
     )
-
-
-def _near(layout: Layout, end: float, *, from_middle: bool) -> tuple[Array, Array, list[float]]:
-    """Return shifts up to +-`end`, their rolling-radius differences [mm], and the jumps.
-
-    `from_middle`: those to the right mirror those to the left.
-    """
-    count = int(np.ceil(end / STEP))
-    shifts = np.linspace(0.0, end, count + 1) if from_middle else np.linspace(-end, end, 2 * count + 1)
-    found = over_shifts(layout, shifts, roll=ABOUT)
-    at, differences = found.rolling_radius_differences()
-    jumps = [jump.shift for jump in found.jumps]
-    if from_middle:
-        at, differences = (np.concatenate([-part[:0:-1], part]) for part in (at, differences))
-        jumps = sorted([*(-jump for jump in jumps), *jumps])
-    return at, differences, jumps
 
 
 # --- contacts -------------------------------------------------------------------------------------------

@@ -50,25 +50,27 @@ class Section:
 Sections = tuple[Section, Section, Section, Section]
 
 
-def prepare_section(table: ProfileTable, kind: Kind) -> Section:
-    """Return the curve of a table: of a profile of the package, or prepared of a file. Raises WrongInput."""
-    if table.is_standard:
-        entry = named(table.profile)
-        return Section(table.profile, entry.outline, (entry.origin,))
-    choice = SectionChoice(table.section, table.section_at)
-    how = Reading(kind, table.axes, table.unit, table.surface, table.tolerance, choice)
-    prepared = prepared_file(Path(table.profile), how)
-    return Section(prepared.name, prepared, prepared.notes, noise(profile_figure(prepared)))
-
-
 def prepare_sections(specification: ShiftsFile) -> Sections:
-    """Return left rail, right rail, left wheel, right wheel of a specification; raises WrongInput."""
+    """Return left rail, right rail, left wheel, right wheel of a specification; raises WrongInput.
 
-    def prepare_both(tables: tuple[ProfileTable, ProfileTable], kind: Kind) -> tuple[Section, Section]:
-        section = prepare_section(tables[0], kind)
-        return section, section if tables[1] == tables[0] else prepare_section(tables[1], kind)
+    They are profiles of the package, or prepared of files.
+    """
 
-    return *prepare_both(specification.rails, "rail"), *prepare_both(specification.wheels, "wheel")
+    def prepare(table: ProfileTable, kind: Kind) -> Section:
+        if table.is_standard:
+            entry = named(table.profile)
+            return Section(table.profile, entry.outline, (entry.origin,))
+        choice = SectionChoice(table.section, table.section_at)
+        how = Reading(kind, table.axes, table.unit, table.surface, table.tolerance, choice)
+        prepared = prepared_file(Path(table.profile), how)
+        return Section(prepared.name, prepared, prepared.notes, noise(profile_figure(prepared)))
+
+    rails, wheels = specification.rails, specification.wheels
+    left_rail = prepare(rails[0], "rail")
+    right_rail = left_rail if rails[1] == rails[0] else prepare(rails[1], "rail")
+    left_wheel = prepare(wheels[0], "wheel")
+    right_wheel = left_wheel if wheels[1] == wheels[0] else prepare(wheels[1], "wheel")
+    return left_rail, right_rail, left_wheel, right_wheel
 
 
 def lay_out_wheelset(specification: ShiftsFile, sections: Sections | None = None) -> Layout:

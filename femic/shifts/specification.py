@@ -239,6 +239,12 @@ class ShiftsFile(SceneTable):
         return self.rolls[self.shifts.index(shift)] / 1000 if self.rolls else None
 
     @property
+    def profiles(self) -> dict[str, ProfileTable]:
+        """The profiles that the file names, by key."""
+        tables = {key: getattr(self, key) for key in ("rail", "wheel", "right_rail", "right_wheel")}
+        return {key: table for key, table in tables.items() if table is not None}
+
+    @property
     def rails(self) -> tuple[ProfileTable, ProfileTable]:
         """The left and the right rail."""
         return self.rail, self.right_rail or self.rail
@@ -281,14 +287,8 @@ def parse_specification(table: Mapping[str, Any], path: Path) -> ShiftsFile:
         file = ShiftsFile.model_validate(table)
     except ValidationError as error:
         raise bad_scene(path, messages(error.errors())) from error
-    placed = {key: _placed(key, profile, path.parent) for key, profile in _profiles(file)}
+    placed = {key: _placed(key, profile, path.parent) for key, profile in file.profiles.items()}
     return file.model_copy(update=placed)
-
-
-def _profiles(file: ShiftsFile) -> Iterator[tuple[str, ProfileTable]]:
-    for key in ("rail", "wheel", "right_rail", "right_wheel"):
-        if (table := getattr(file, key)) is not None:
-            yield key, table
 
 
 def _placed(key: str, table: ProfileTable, folder: Path) -> ProfileTable:

@@ -12,8 +12,6 @@ from femic.cli.main import WRONG_INPUT, exit_code
 from femic.contact.operators.dense import PARITY
 from femic.results.contact_file import ContactFile, common_by_offsets, read, write
 from femic.results.export import (
-    Export,
-    ExportSpecification,
     approximate_file,
     contact_settings,
     depends_on_offset_only,
@@ -301,8 +299,8 @@ def test_example_in_documentation_agrees_with_printed_settings():
     n_x, n_s = scene.grid.n_x, scene.grid.n_s
     file = ContactFile(np.zeros((n_s, 2 * n_s - 1, n_x, 3, 3)), scene.grid.dx, scene.grid.ds, 2)
     text = DOCS.read_text(encoding="utf-8")
-    path, which = Path("out/geometry2/contact_C.txt"), ExportSpecification("C")
-    assert contact_settings(Export(path, file, scene, which, distances(scene))) in text
+    _, approach, meaning = distances(scene)
+    assert contact_settings(scene, file, Path("out/geometry2/contact_C.txt"), approach, meaning) in text
 
     def numbers(names):
         (line,) = [line for line in text.splitlines() if line.endswith(f"  {names}")]

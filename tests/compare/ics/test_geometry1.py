@@ -9,7 +9,7 @@ import xarray as xr
 from compare.pages.ics import SceneICs, agreement_table
 from femic.reference.job import component_of
 from femic.reference.run_options import RunOptions
-from femic.results.ics import compute, refinement_scales
+from femic.results.ics import compute, refinement_shares
 from femic.results.ics_dataset import errors, to_dataset
 from femic.scenes.load import load_scene
 from tests.coarse import coarse_sections
@@ -59,9 +59,9 @@ def test_solid_engine_agrees_within_sum_of_estimates(geometry1_checked, body):
     of_body = dataset.sel(body=body)
     apart = np.abs(of_body.ic.sel(variant="C") - of_body.ic.sel(variant="C_solid")).values
     known = (of_body.estimate + of_body.estimate_solid).values
-    scales = refinement_scales(results, body)
-    for line, part in results.lines.items():
-        off, sum_of_estimates = (np.max(v[..., part], axis=-1) / scales[line] for v in (apart, known))
+    off_by_line, known_by_line = (refinement_shares(results, body, values) for values in (apart, known))
+    for line, off in off_by_line.items():
+        sum_of_estimates = known_by_line[line]
         for component in results.scene.components:
             estimate = component_of(sum_of_estimates, component)
             assert component_of(off, component) <= estimate + 1e-12, (line, component)

@@ -124,8 +124,8 @@ def scene():
     return random_scene(7, 0)
 
 
-def around(scene, errors):
-    """Scenes about one, with some errors of p_max."""
+def around(scene, errors=(0.01, 0.02, 0.03, 0.04, 0.05, 0.06)):
+    """Scenes about one, with these errors of p_max in rolling, and twice them without friction."""
     features = contact_features(scene.problem, scene.size)
     friction = scene.problem.specification.friction.coefficients[0]
     of_all = []
@@ -139,32 +139,31 @@ def around(scene, errors):
 
 
 def test_expected_of_a_contact(scene):
-    expected = expect(scene.problem, [NUMBER, "area"], around(scene, [0.01, 0.02, 0.03, 0.04, 0.05, 0.06]))
-    assert (expected.low(ICS, NUMBER), expected.high(ICS, NUMBER)) == (0.01, 0.06)
-    assert (expected.low(ICS, "area"), expected.high(ICS, "area")) == (0.0, np.inf)
-    assert (expected.low("B", NUMBER), expected.high("B", NUMBER)) == (0.0, np.inf)
-    assert "1.0 to 6.0 %" in expected.sentence
-    assert "9 of 10 random scenes" in expected.sentence
+    expected = expect(scene.problem, [NUMBER, "area"], around(scene))
+    assert expected.bounds == {(ICS, NUMBER): Bounds(0.01, 0.06)}
+    assert [expected.high(*of) for of in ((ICS, "area"), ("B", NUMBER))] == [np.inf, np.inf]
+    assert "1.0 to 6.0 %" in expected.sentence_of(ICS, NUMBER)
+    assert "9 of 10 random scenes" in expected.sentence_of(ICS, NUMBER)
 
 
 def test_pressures_without_friction_are_those_studied_without(scene):
     specification = replace(scene.problem.specification, motion="none", friction=None)
     still = replace(scene.problem, specification=specification)
-    expected = expect(still, [NUMBER], around(scene, [0.01, 0.02, 0.03, 0.04, 0.05, 0.06]))
-    assert (expected.low(ICS, NUMBER), expected.high(ICS, NUMBER)) == (0.02, 0.12)
-    assert "not tested" in expected.sentence
-    assert expect(still, ["F_x"], around(scene, [0.01, 0.02, 0.03, 0.04, 0.05, 0.06])) is None
+    expected = expect(still, [NUMBER], around(scene))
+    assert expected.bounds == {(ICS, NUMBER): Bounds(0.02, 0.12)}
+    assert "not tested" in expected.sentence_of(ICS, NUMBER)
+    assert expect(still, ["F_x"], around(scene)) is None
 
 
 def test_shares_of_a_force_that_may_vanish_have_no_largest(scene):
-    known = around(scene, [0.01, 0.02, 0.03, 0.04, 0.05, 0.06])
+    known = around(scene)
     own = [
         replace(each, errors={ICS: {"F_x": each.errors[ICS][ROLLING]}}, estimates={"F_x": 0.0})
         for each in known.scenes
     ]
     expected = expect(scene.problem, ["F_x"], replace(known, scenes=own))
-    assert (expected.low(ICS, "F_x"), expected.high(ICS, "F_x")) == (0.01, np.inf)
-    assert "1.0 % or more" in expected.sentence
+    assert expected.bounds == {(ICS, "F_x"): Bounds(0.01, np.inf)}
+    assert "1.0 % or more" in expected.sentence_of(ICS, "F_x")
 
 
 def test_trials_have_the_bounds_that_are_stated():
@@ -178,11 +177,11 @@ def test_trials_have_the_bounds_that_are_stated():
 
 
 def test_of_fewer_creepages_than_studied_the_error_may_be_smaller(scene):
-    known, specification = around(scene, [0.01, 0.02, 0.03, 0.04, 0.05, 0.06]), scene.problem.specification
+    known, specification = around(scene), scene.problem.specification
     friction = replace(specification.friction, longitudinal=(0.5, 0.6))  # all of it slides
     sliding = replace(scene.problem, specification=replace(specification, friction=friction))
     expected = expect(sliding, [NUMBER], known)
-    assert (expected.low(ICS, NUMBER), expected.high(ICS, NUMBER)) == (0.0, 0.06)
+    assert expected.bounds == {(ICS, NUMBER): Bounds(0.0, 0.06)}
 
 
 @pytest.fixture
@@ -201,7 +200,7 @@ def why_not(caplog):
 
 
 def test_nothing_is_expected_outside(scene, why_not):
-    knowledge = around(scene, [0.01, 0.02, 0.03, 0.04, 0.05, 0.06])
+    knowledge = around(scene)
     far = scene.problem.specification
     heavier = replace(scene.problem, specification=replace(far, loads=(far.loads[0] / 20,)))
     (reason,) = why_not(heavier, knowledge)
@@ -224,7 +223,7 @@ def test_nothing_is_expected_of_several_patches(scene, why_not, monkeypatch):
     """Angle and aspect of all of them together are not those of a patch."""
     both = replace(scene.size, smallest=(1.0, 1.0))
     monkeypatch.setattr("femic.advice.expected.contact_size", lambda *_: both)
-    knowledge = around(scene, [0.01, 0.02, 0.03, 0.04, 0.05, 0.06])
+    knowledge = around(scene)
     assert why_not(scene.problem, knowledge) == ["several patches"]
 
 

@@ -144,11 +144,10 @@ def test_advice_is_about_a_contact_or_about_a_body(command, capsys):
 
 
 @pytest.fixture
-def exported(recorded, monkeypatch):
+def exported(monkeypatch):
     calls = []
-    formats = {"contact": lambda scene, specification, *_: calls.append((scene, specification))}
+    formats = {"contact": lambda *arguments: calls.append(arguments[:3])}
     monkeypatch.setattr("femic.results.export.FORMATS", formats)
-    recorded("femic.results.export.contact_settings", "")
     return calls
 
 
@@ -158,8 +157,8 @@ def exported(recorded, monkeypatch):
 )
 def test_export_defaults_to_the_ics_of_the_scene(options, ics, discount, exported, command):
     assert command("export", "flat", *options) == DONE
-    ((scene, specification),) = exported
-    assert (scene.ics, specification.ics, specification.discount) == (ics, ics, discount)
+    ((scene, *given),) = exported
+    assert [scene.ics, *given] == [ics, ics, discount]
 
 
 @pytest.mark.parametrize(
@@ -171,8 +170,8 @@ def test_export_auto_uses_the_chosen_ics_and_engine(choice, tolerance, exported,
     questions = recorded("compare.studies.frontier.choose", choice)
     assert command("export", "flat", "--ics", "auto") == DONE
     assert questions[0][1] == Question(COMPONENTS, 0.02, "combined")
-    ((scene, specification),) = exported
-    assert (specification.ics, scene.settings.tolerance) == (choice.ics, tolerance)
+    ((scene, ics, _),) = exported
+    assert (ics, scene.settings.tolerance) == (choice.ics, tolerance)
 
 
 @pytest.mark.parametrize("n", [1, 5, 6])

@@ -10,10 +10,18 @@ import pytest
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.pairs.ics import approximation
-from femic.shifts.axle import OF_PATCH, OF_WHEEL, TORQUE, VERTICAL, RollingWheelset
+from femic.shifts.axle import (
+    OF_PATCH,
+    OF_WHEEL,
+    TORQUE,
+    VERTICAL,
+    RollingWheelset,
+    axle_numbers,
+    wheel_numbers,
+)
 from femic.shifts.contact import contact_at, read_grids
-from femic.shifts.position import RollingSide, roll
-from femic.shifts.sides import Place, bodies_at, contact_problem
+from femic.shifts.position import RollingSide, label_wheelset, roll
+from femic.shifts.sides import SIDES, Place, bodies_at, contact_problem
 from femic.shifts.specification import ContactTable, ProfileTable, RollingTable, WheelTable
 from femic.shifts.wheel import RollingWheel
 from geometries.errors import Failure
@@ -24,7 +32,6 @@ from tests.femic.shifts.layouts import R_0, arcs_on_arcs, cones_on_arcs
 
 RAIL, WHEEL = ProfileTable(profile="60E1"), WheelTable(profile="S1002")  # for their materials alone
 STEEL = Material(RAIL.E, RAIL.nu)
-SIDES = ("left", "right")
 FRICTION, LOAD = 0.3, 9e4
 
 
@@ -58,6 +65,13 @@ def wheel_on(side, load=LOAD, ics="A", **motion):
 
 def numbers(both, load=LOAD, ics="A", **rolling):
     return roll(both, load, RollingTable(**rolling), (ics,)).isel(ics=0)
+
+
+def labelled(state, ics="A"):
+    """The numbers of a wheelset that is solved, as `numbers` has them."""
+    left, right = (wheel_numbers(state, k, ics) for k in range(2))
+    axle = axle_numbers(state, left, right)
+    return label_wheelset(ics, dict(zip(SIDES, (left, right), strict=True)), axle).isel(ics=0)
 
 
 @cache
@@ -103,8 +117,8 @@ def test_free_cones_roll_at_the_mean_of_their_radii():
 
 
 def test_without_shift_both_wheels_only_push_aside():
-    both = sides(arcs_on_arcs("arcs"), 0.0)
-    solved = numbers(both)
+    found = rolled(sides(arcs_on_arcs("arcs"), 0.0))
+    solved = labelled(found)
     left, right = (solved.sel(side=side) for side in SIDES)
     for name in OF_WHEEL:
         near = {"rel": 1e-6, "abs": 1e-4 * abs(left["F_y"].item())}
@@ -113,7 +127,7 @@ def test_without_shift_both_wheels_only_push_aside():
     assert left["F_y"] > 0
     assert abs(solved.sum_F_y) < 1e-4 * left["F_y"]
     # no force along x: the mean of its circles rolls
-    (wheel, _), contact = (found := rolled(both)).wheels, found.contacts[0].states[0]
+    (wheel, _), contact = found.wheels, found.contacts[0].states[0]
     radii, weights = wheel.radius - wheel.problems[0].rolling.height, contact.pressures.sum(axis=0)
     mean, spread = np.average(radii, weights=weights), np.ptp(radii[weights > 0])
     assert found.xi_0 == pytest.approx(R_0 / mean - 1, abs=0.02 * spread / R_0)
@@ -179,7 +193,7 @@ def test_tractions_add_up_to_the_forces_in_the_track(ics):
     """Element by element, with a roll of 1 degree: forces turned by it, moments about the axle."""
     both = sides(arcs_on_arcs("arcs"), 1.0 - R_0 * 0.0175, given_roll=0.0175)
     wheelset = rolled(both, ics=ics, lateral=0.0005)
-    solved = numbers(both, ics=ics, lateral=0.0005)
+    solved = labelled(wheelset, ics)
     for side, wheel, contact in zip(SIDES, wheelset.wheels, wheelset.contacts, strict=True):
         (on_grid,), (state,) = wheel.on_grids, contact.states
         grid, contour = on_grid.grid, on_grid.undeformed.lower.contour
@@ -223,8 +237,8 @@ def test_a_lubricated_flange_lowers_the_forces_as_its_bound_says():
     """All elements slide one way: forces are as the bounds, by the contact angle in the track."""
     both = sides(arcs_on_arcs("arcs"), 1.0 - R_0 * 0.0175, given_roll=0.0175)
     pairs, moved = ((2.0, 1.0), (4.0, 0.2)), {"longitudinal": 0.1, "lateral": 0.04}
-    dry, lubricated = numbers(both, **moved), numbers(both, by_angle=pairs, **moved)
-    wheelset = rolled(both, longitudinal=0.1, lateral=0.04)
+    wheelset = rolled(both, **moved)
+    dry, lubricated = labelled(wheelset), numbers(both, by_angle=pairs, **moved)
     for side, wheel, contact in zip(SIDES, wheelset.wheels, wheelset.contacts, strict=True):
         strips = np.sum(contact.states[0].pressures, axis=0)
         on_grid = wheel.on_grids[0]

@@ -32,6 +32,13 @@ def solved(shift, side, load, kind="points", **asked):
     return contact_at(place(shift, side, kind), RAIL, WHEEL, asking(load, "A", "Bhat", **asked))
 
 
+def hertz(where, load):
+    """The ellipse of arcs that touch: 1/R_r - 1/R_w across, cos(delta)/r along."""
+    along = float(np.cos(where.touch.angle - where.roll) / where.touch.radius)
+    surfaces = PointContact(along, 1 / R_R - 1 / R_W, combined_modulus(STEEL, STEEL))
+    return surfaces.at_load(load / np.cos(where.touch.angle))
+
+
 def asking(load, *ics, **keys):
     return ContactTable(**{"load": load, "ics": ics, "planar": False} | keys)
 
@@ -55,15 +62,9 @@ def test_forces_turn_into_the_track_as_the_wheel_does(side):
     ],
 )
 def test_small_contacts_of_sampled_arcs_are_those_of_hertz(shift, side):
-    """Curvatures 1/R_r - 1/R_w across and cos(delta)/r along; A of half-spaces has no other error."""
-    load = 300.0
-    where = place(shift, side)
-    angle = where.touch.angle - where.roll
-    surfaces = PointContact(
-        float(np.cos(angle) / where.touch.radius), 1 / R_R - 1 / R_W, combined_modulus(STEEL, STEEL)
-    )
-    normal = load / np.cos(where.touch.angle)
-    exact = surfaces.at_load(normal)
+    """A of half-spaces has no other error than that of its elements."""
+    load, where = 300.0, place(shift, side)
+    exact = hertz(where, load)
     half_spaces = contact_at(where, RAIL, WHEEL, asking(load, "A", "Bhat", elements=32)).sel(ics="A")
     assert half_spaces.p_max == pytest.approx(exact.p_max, abs=2 * half_spaces.estimate_p_max.item())
     assert half_spaces.p_max == pytest.approx(exact.p_max, rel=0.01)
@@ -78,10 +79,7 @@ def test_planar_contact_of_a_small_patch_is_that_of_hertz_and_carries_the_load()
     contact = contact_at(where, RAIL, WHEEL, asking(load, "A", elements=32, planar=True))
     planar, angle = contact.sel(ics="planar"), where.touch.angle
     assert contact.ics.values.tolist() == ["A", "planar"]
-    along = float(np.cos(angle - where.roll) / where.touch.radius)
-    exact = PointContact(along, 1 / R_R - 1 / R_W, combined_modulus(STEEL, STEEL)).at_load(
-        load / np.cos(angle)
-    )
+    exact = hertz(where, load)
     assert planar.p_max == pytest.approx(exact.p_max, rel=0.01)
     assert planar.b == pytest.approx(exact.b, rel=0.02)
     assert planar.vertical == pytest.approx(load, rel=1e-6)
@@ -200,7 +198,7 @@ def test_c_has_flat_flanks_or_is_left_out():
     for body in bodies.values():
         ends = np.degrees(body.contour.inclination(np.array(body.contour.limits)))
         np.testing.assert_allclose(np.abs(ends), 20, atol=1e-6)
-    where = Place(*(getattr(place(0.0, "left"), name) for name in ("layout", "position", "side")))
+    where = place(0.0, "left")
     steep = replace(where.position, left=(replace(where.touch, angle=np.radians(61.0)),))
     with pytest.raises(Failure, match=r"contact angle is 61\.0 degrees"):
         module._with_c(replace(where, position=steep), RAIL, WHEEL, asking(9e4, "C"), module.DEFAULT)
