@@ -1,4 +1,4 @@
-"""Bodies whose C is known, a half-space and a ball, on a line along x and one along s, and how far C is off."""
+"""Bodies whose C is known, on a line along x and one along s: a half-space and a ball; errors of engines."""
 
 import numpy as np
 
