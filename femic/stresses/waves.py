@@ -256,7 +256,7 @@ def strip_forces(section: SectionMesh, grid: Grid) -> csc_matrix:
 
 # --- values and slopes at points ---
 
-NEWTON_STEPS = 12
+NEWTON_STEPS = 12  # to invert the map of a cell
 MARGIN = 0.1  # of its size, by which a cell may bulge over the box of its nodes
 OUTSIDE = -0.02  # barycentric coordinate below which a point is not in a cell
 
@@ -296,25 +296,19 @@ def locate(section: SectionMesh, points: Array) -> tuple[Indices, Array]:
         axis=0,
     )
     of_point, cell = np.nonzero(near)
-    coordinates = _invert(nodes[:, :, cell], points[:, of_point])
+    candidates, coordinates = nodes[:, :, cell], np.full((2, len(cell)), 1 / 3)
+    for _ in range(NEWTON_STEPS):
+        values, slopes = _shapes(coordinates)
+        jacobian = np.einsum("can,abn->ncb", candidates, slopes)
+        apart = points[:, of_point] - np.einsum("can,an->cn", candidates, values)
+        step = np.linalg.solve(jacobian, apart.T[..., None])[..., 0].T
+        coordinates = np.clip(coordinates + step, -1.0, 2.0)
     inside = np.min(np.vstack([coordinates, 1 - coordinates.sum(axis=0)]), axis=0)
     order = np.lexsort((inside, of_point))  # the best candidate of each point comes last
     last = order[np.append(np.diff(of_point[order]) > 0, True)] if len(order) else order
     if len(last) < points.shape[1] or np.min(inside[last], initial=0.0) < OUTSIDE:
         raise Failure("points in no cell of the section: its mesh does not reach them; move them a little")
     return cell[last], coordinates[:, last]
-
-
-def _invert(nodes: Array, points: Array) -> Array:
-    """Coordinates (2, n) in the reference cell of points (2, n) in cells with nodes (2, 15, n), by Newton."""
-    coordinates = np.full(points.shape, 1 / 3)
-    for _ in range(NEWTON_STEPS):
-        values, slopes = _shapes(coordinates)
-        jacobian = np.einsum("can,abn->ncb", nodes, slopes)
-        apart = points - np.einsum("can,an->cn", nodes, values)
-        step = np.linalg.solve(jacobian, apart.T[..., None])[..., 0].T
-        coordinates = np.clip(coordinates + step, -1.0, 2.0)
-    return coordinates
 
 
 def _shapes(coordinates: Array) -> tuple[Array, Array]:

@@ -57,28 +57,27 @@ def nodal_fields(request: Request) -> Iterator[tuple[Load, NodalField]]:
 
 
 def figure_grid(solid: SolidMesh, *, whole: bool = True) -> VolumeGrid:
-    """The model's nodes and cells, with their mirror images for the `whole` body."""
+    """The model's nodes and cells, with their mirror images for the `whole` body.
+
+    Nodes on a plane of symmetry belong to both.
+    """
     n_nodes = solid.nodes.shape[1]
     cells = solid.mesh.dofs.element_dofs.astype(np.int64)
     grid = VolumeGrid(solid.nodes, cells, np.arange(n_nodes), np.zeros((2, n_nodes), dtype=bool))
-    for mirrored in (X, Y) if solid.half_section else (X,):
-        grid = _with_image(grid, mirrored) if whole else grid
+    planes = (X, Y) if solid.half_section else (X,)
+    for mirrored in planes if whole else ():
+        doubled = ~on_plane(grid.nodes, mirrored)
+        n_nodes = len(doubled)
+        node_of_image = np.where(doubled, n_nodes - 1 + np.cumsum(doubled), np.arange(n_nodes))
+        signs, image = np.ones((3, 1)), grid.image[:, doubled]
+        signs[mirrored], image[mirrored] = -1, True
+        grid = VolumeGrid(
+            np.hstack([grid.nodes, signs * grid.nodes[:, doubled]]),
+            np.hstack([grid.cells, node_of_image[grid.cells]]),
+            np.append(grid.source, grid.source[doubled]),
+            np.hstack([grid.image, image]),
+        )
     return grid
-
-
-def _with_image(grid: VolumeGrid, mirrored: int) -> VolumeGrid:
-    """The grid and its mirror image, which share the nodes on the plane of symmetry."""
-    doubled = ~on_plane(grid.nodes, mirrored)
-    n_nodes = len(doubled)
-    node_of_image = np.where(doubled, n_nodes - 1 + np.cumsum(doubled), np.arange(n_nodes))
-    signs, image = np.ones((3, 1)), grid.image[:, doubled]
-    signs[mirrored], image[mirrored] = -1, True
-    return VolumeGrid(
-        np.hstack([grid.nodes, signs * grid.nodes[:, doubled]]),
-        np.hstack([grid.cells, node_of_image[grid.cells]]),
-        np.append(grid.source, grid.source[doubled]),
-        np.hstack([grid.image, image]),
-    )
 
 
 def displacement(grid: VolumeGrid, field: Field) -> Array:
@@ -140,7 +139,8 @@ def von_mises(sigma: Array) -> Array:
 # --- VTK files ---
 
 # scikit-fem numbers the mid-side nodes as VTK does: edges 01, 12, 02, 03, 13, 23.
-# In cells that are inside out, vertices 1 and 2 are swapped; this is the order of their nodes:
+# VTK expects vertex 3 on one side of the face 0, 1, 2. In cells that are inside out, vertices 1 and 2 are
+# swapped; this is the order of their nodes:
 TURNED = [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]
 
 
@@ -148,17 +148,14 @@ def write_vtu(field: NodalField, path: Path) -> Path:
     """Write quadratic tetrahedra with "displacement" [mm/N] and "von_mises" [MPa/N]; returns the path."""
     import meshio
 
-    path.parent.mkdir(parents=True, exist_ok=True)
-    values = {"displacement": field.displacement, "von_mises": field.von_mises}
-    mesh = meshio.Mesh(field.grid.nodes.T, [("tetra10", right_handed(field.grid).T)], point_data=values)
-    with replacing(path) as unfinished:
-        mesh.write(unfinished, file_format="vtu", binary=True)
-    return path
-
-
-def right_handed(grid: VolumeGrid) -> Indices:
-    """The cells, with vertex 3 on the side of the face 0, 1, 2 that VTK expects, shape (10, n_cells)."""
+    grid = field.grid
     origin, *ends = np.moveaxis(grid.nodes[:, grid.cells[:4]], 1, 0)
     edges = np.stack([end - origin for end in ends])  # (3 edges, 3 components, n_cells)
     inside_out = np.linalg.det(np.moveaxis(edges, 2, 0)) < 0
-    return np.where(inside_out, grid.cells[TURNED], grid.cells)
+    cells = np.where(inside_out, grid.cells[TURNED], grid.cells)
+    values = {"displacement": field.displacement, "von_mises": field.von_mises}
+    mesh = meshio.Mesh(grid.nodes.T, [("tetra10", cells.T)], point_data=values)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(path) as unfinished:
+        mesh.write(unfinished, file_format="vtu", binary=True)
+    return path

@@ -9,7 +9,7 @@ import pytest
 from femic.cache.store import Store
 from femic.reference.engine import Points, Request
 from femic.reference.engines import SOLID
-from femic.reference.job import Job, Settings, line_scale
+from femic.reference.job import Job, Settings
 from femic.reference.meshing import Cells
 from femic.reference.refinement import solve_models
 from femic.reference.run_options import MODELS, Level, RunOptions, Task
@@ -49,11 +49,6 @@ def request_for(contour, *, side=LOWER, patch=PATCH, directions=(0, 1, 2), cells
 def ics_of(request):
     """ICs (3, 3, n) of a request with three loads x, s, n."""
     return np.swapaxes(raw_ics(request).u, 0, 1)
-
-
-def line_errors(difference, c_line, nn_line):
-    """The largest error of each component on a line as a share of its scale, (3, 3)."""
-    return np.max(np.abs(difference), axis=-1) / line_scale(c_line, nn_line)
 
 
 def assert_honest(cases):

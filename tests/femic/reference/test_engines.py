@@ -24,20 +24,13 @@ BODY = Body(LOWER, plane(), STEEL, Domain(100.0, np.inf))
 POINTS = Points(np.array([2.0, 4.0, 8.0]), np.array([0.5, 0.0, -3.0]))
 
 
-def test_each_engine_is_registered_under_its_name():
-    for name, engine in ENGINES.items():
-        assert engine.name == name
-        assert pickle.loads(pickle.dumps(engine)) is engine
-
-
-@pytest.mark.parametrize("engine", ENGINES.values(), ids=ENGINES)
-def test_an_engine_solves_the_models_that_give_c_and_its_error(engine):
+@pytest.mark.parametrize("name", ENGINES)
+def test_an_engine_is_known_by_its_name_and_solves_what_gives_c_and_its_error(name):
+    engine = ENGINES[name]
+    assert engine.name == name
+    assert pickle.loads(pickle.dumps(engine)) is engine
     assert engine.models == MODELS[: len(engine.models)]
     assert engine.safety >= 1
-
-
-@pytest.mark.parametrize("engine", ENGINES.values(), ids=ENGINES)
-def test_engine_solves_the_requested_models(engine):
     job = Job(BODY, PATCH, ("sn",), POINTS, {"all": slice(None)}, Settings(engine))
     request = job.request(Level())
     assert request.loads[: len(job.loads)] == job.loads

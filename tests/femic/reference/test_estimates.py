@@ -21,7 +21,7 @@ from femic.reference.result import (
     total,
     worst,
 )
-from femic.reference.run_options import HIGHER, Level, factors
+from femic.reference.run_options import HIGHER, MODELS, Level, factors
 from geometries.patches import Patch
 from tests.femic.reference.conftest import COARSE, JOB, changed
 
@@ -171,6 +171,29 @@ def discounted_difference(job, one, other):
     return np.abs(discounted(job, one)[0] - discounted(job, other)[0])[2, 2]
 
 
+def test_models_differ_in_cells_and_domain_only_as_stated():
+    fine, coarse, small = (JOB.request(level) for level in Level().models(MODELS).values())
+    assert coarse.cells == JOB.first_cells.scaled(1.5)
+    assert small.cells == coarse.cells
+    assert small.body.domain == JOB.body.domain.scaled(0.5)
+    assert fine.body == coarse.body == JOB.body
+    assert fine.loads == coarse.loads == small.loads
+
+
+@pytest.mark.parametrize(
+    ("part", "share"),
+    [("mesh_error", lambda cells, _: cells**2), ("truncation_error", lambda _, domain: domain**-2)],
+)
+def test_estimates_are_a_quarter_above_errors_of_second_order(part, share):
+    """Those of a job, of the one column that was requested."""
+    models = made_up(JOB, share)
+    c, (truth, *_) = combine(JOB, Level(), models).c, discounted(JOB, made_up(JOB, lambda *_: 0)[Level()].u)
+    np.testing.assert_allclose(getattr(c, part), 1.25 * np.abs(c.ic - truth), atol=1e-12)
+    np.testing.assert_allclose(c.estimate, getattr(c, part), atol=1e-12)
+    assert np.all(np.isfinite(c.ic[:, 2]))
+    assert np.all(np.isnan(c.ic[:, :2]))
+
+
 # --- how accurately wavenumbers are asked for, first cells -------------------------------------------------
 
 
@@ -254,6 +277,16 @@ def test_the_scale_of_a_small_component_is_a_twentieth_of_c_nn_where_that_was_so
     without[2, 2] = np.nan
     a_nn = np.abs(TWO.half_space_nn[TWO.lines["one"]])
     assert scales([TWO, TWO], without)["one"][1, 2] == pytest.approx(max(0.01, 0.05 * 2 * np.max(a_nn)))
+
+
+def test_where_nn_was_not_solved_small_components_are_judged_by_that_of_a_point_load():
+    """Boussinesq: (1 - nu) / (2 pi G r), of which the floor is a twentieth."""
+    ic = np.full((3, 3, len(JOB.points.x)), np.nan)
+    ic[0, 0] = 0.0
+    material, r = JOB.body.material, np.hypot(JOB.points.x, JOB.points.s)
+    nn = (1 - material.nu) / (2 * np.pi * material.G * r)
+    for line, part in JOB.lines.items():  # patches are small against r
+        assert scales([JOB], ic)[line][0, 0] == pytest.approx(0.05 * nn[part].max(), rel=0.03)
 
 
 def test_variations_of_a_model_are_discounted_like_c():

@@ -15,8 +15,7 @@ from geometries.patches import Load, Patch
 from geometries.surfaces import LOWER, UPPER
 from tests.femic.reference.conftest import STEEL, UNSYMMETRIC
 from tests.femic.reference.harmonic.fields import fields, raw_ics, stiffness
-from tests.femic.reference.harmonic.test_harmonic import harmonic
-from tests.femic.reference.solid.test_flat import job
+from tests.femic.reference.known_bodies import harmonic_job
 
 BARE = Cells(0.1, 0.5, 0.5)
 WHEEL = Body(UPPER, UNSYMMETRIC, STEEL, Domain(40.0, 40.0), 70.0)
@@ -86,7 +85,7 @@ def test_supports_carry_the_load(model):
 
 @pytest.mark.parametrize("body", [pytest.param(WHEEL, marks=pytest.mark.slow), RAIL], ids=["wheel", "rail"])
 def test_observers_in_front_and_behind_see_mirror_images(body):
-    asked = harmonic(job(40.0, 1.0)).request(Level())
+    asked = harmonic_job(40.0).request(Level())
     x, s = np.array([1.5, -1.5]), np.array([0.8, 0.8])
     rough = replace(asked, cells=BARE, accuracy=100 * asked.accuracy)
     u = raw_ics(replace(rough, body=body, loads=LOADS[:3], points=Points(x, s))).u

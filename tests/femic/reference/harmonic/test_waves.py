@@ -109,11 +109,6 @@ def test_a_sum_over_low_orders_and_an_integral_give_the_sum_over_all(radius, x):
         assert len(few.k) < len(all_of_them.k) / 10
 
 
-def test_spectrum_of_a_wheel_is_a_sum_and_of_a_prismatic_body_an_integral():
-    assert np.allclose(np.diff(spectrum(20.0, 50.0).k), 1 / 50)
-    assert len(spectrum(20.0, np.inf).k) == len(integral(20.0).k)
-
-
 def test_weights_of_solved_wavenumbers_add_up_to_the_synthesis():
     """Responses known between the solved wavenumbers, too: what the weights leave of them."""
     axis = Axis(0.05, 30.0)

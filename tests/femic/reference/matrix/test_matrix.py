@@ -11,15 +11,13 @@ from femic.contact.operators.dense import GridOperator, reciprocity_defects
 from femic.reference.discount import generalized, rigid_part
 from femic.reference.engine import Points
 from femic.reference.engines import HARMONIC
-from femic.reference.harmonic.engine import build_section, solve
-from femic.reference.harmonic.section import assemble
-from femic.reference.harmonic.section_response import strip_force
+from femic.reference.harmonic.engine import solve
 from femic.reference.harmonic.synthesis import columns, displacements
 from femic.reference.job import Job, Settings
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.matrix.reference import assess_matrices, column_scale, column_shares, matrices
 from femic.reference.refinement import references
-from femic.reference.result import estimated, scales, total
+from femic.reference.result import estimated, scales
 from femic.reference.run_options import Level, RunOptions
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
@@ -27,7 +25,6 @@ from geometries.materials import one_body
 from geometries.patches import COMPONENTS, Grid, Load
 from geometries.surfaces import LOWER, UPPER
 from tests.femic.reference.conftest import STEEL, changed
-from tests.femic.reference.harmonic.fields import fields
 
 GRID = Grid(10, 8, 0.4, 0.4)
 REACH, ARM = 12.0, 3.0
@@ -216,18 +213,6 @@ def test_two_different_flanks_are_known_with_the_first_models():
 # --- what elasticity demands -----------------------------------------------------------------------------
 
 
-def test_forces_and_displacements_averaged_over_strips_are_reciprocal_to_rounding():
-    """Whatever the mesh: u_I under J is u_J under I where both are averaged over the strip."""
-    job = matrix_job(LOWER, arc(10.0, 0.12, 0.3), Grid(2, 4, 0.4, 0.7))
-    request = job.request(Level(cells=-1))
-    section = build_section(request)
-    model = assemble(section)
-    forces = np.stack([strip_force(section, load) for load in job.strip_loads], axis=1)
-    for k in (0.0, 0.3, 8.0):
-        u = forces.T @ fields(model, section.supported, k, forces)
-        np.testing.assert_allclose(u, u.T, atol=1e-10 * np.max(np.abs(u)))
-
-
 def test_reciprocity_of_the_raw_matrix_and_of_the_discounted_one(on_plane, on_arcs):
     """On a plane within the estimate. On arcs, observed at centres, also by the curvature across a strip.
 
@@ -253,16 +238,6 @@ def test_raw_and_summed_matrices_are_positive_definite(on_arcs):
     together = sum(all_columns(result) for result in on_arcs.values())
     for ics in (*raw.values(), together):
         assert GridOperator.from_ics(ics).smallest_eigenvalue() > 0.2 * np.min(ics[0, 0, 0].diagonal())
-
-
-def test_sum_is_assessed_on_its_own_scale(on_arcs):
-    jobs = {name: result.job for name, result in on_arcs.items()}
-    assessed = assess_matrices(jobs, on_arcs, combined=True)
-    assert assessed.combined.total <= ROUGH
-    strip = 2
-    c = total([result.column(strip) for result in on_arcs.values()])
-    share = column_shares(strip, c, column_scale(strip, c.ic, list(jobs.values())))
-    assert share.total <= assessed.combined.total
 
 
 # --- the circular contour ----------------------------------------------------------------------------------

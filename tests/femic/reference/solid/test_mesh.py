@@ -1,16 +1,16 @@
-"""Meshes: nodes on the true contour, the chart, the volume."""
+"""Meshes: nodes on the true contour, the chart, the volume, cells that would fold."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
-from skfem import Basis, ElementTetP2, ElementTriP2, MeshTri
+from skfem import Basis, ElementTetP2, ElementTriP2, MeshTet, MeshTet2, MeshTri
 
 from femic.reference.engine import Points
 from femic.reference.meshing import Cells
 from femic.reference.solid.engine import build_mesh
-from femic.reference.solid.mesh import Focus, Trace, curved, fill
+from femic.reference.solid.mesh import Focus, Trace, _folded, curved, fill, unfold
 from geometries.surfaces import UPPER
 from tests.femic.reference.conftest import COARSE, SMALL, SYMMETRIC, UNSYMMETRIC, request_for
 
@@ -87,3 +87,40 @@ def test_cells_are_small_at_the_patch_and_along_the_lines():
     assert 0.9 < np.median(size / target) < 1.4
     along = (d < 0.3) & (r > 3)
     assert np.median(size[along]) < 0.6 * np.median(size[(d > 2) & (np.abs(r - np.median(r[along])) < 1)])
+
+
+# --- cells that would fold far from a patch keep straight edges, and only these ---
+
+
+@pytest.fixture
+def straight():
+    """Five tetrahedra that fill a box, with nodes in the middles of their edges."""
+    return MeshTet2.from_mesh(MeshTet.init_tensor(*[np.array([0.0, side]) for side in (1.0, 1.3, 0.8)]))
+
+
+def bent(straight, *, by):
+    """Its nodes with the first mid-side node moved by a share of its edge, along the edge."""
+    nodes = straight.doflocs.copy()
+    first = straight.nvertices
+    ends = straight.edges[:, 0]
+    nodes[:, first] += by * (nodes[:, ends[1]] - nodes[:, ends[0]])
+    return nodes, first
+
+
+def test_a_cell_that_folds_gets_its_edge_back(straight):
+    nodes, first = bent(straight, by=0.6)
+    assert len(_folded(MeshTet2(nodes, straight.t))) > 0
+    result = unfold(straight, nodes, np.array([first, first + 1]))
+    np.testing.assert_array_equal(result, straight.doflocs)
+
+
+def test_a_cell_that_does_not_fold_stays_curved(straight):
+    nodes, first = bent(straight, by=0.1)
+    assert len(_folded(MeshTet2(nodes, straight.t))) == 0
+    np.testing.assert_array_equal(unfold(straight, nodes, np.array([first])), nodes)
+
+
+def test_an_edge_that_must_be_curved_stays_so(straight):
+    """The mesh is refused then, or made with other cells."""
+    nodes, first = bent(straight, by=0.6)
+    np.testing.assert_array_equal(unfold(straight, nodes, np.array([first + 1])), nodes)

@@ -5,14 +5,12 @@ import pytest
 from skfem import Basis, ElementTetP2
 
 from femic.reference.engine import Points
-from femic.reference.result import discounted
-from femic.reference.run_options import Level
-from femic.reference.solid.engine import assemble, build_mesh, raw_ics
+from femic.reference.solid.engine import assemble, build_mesh
 from geometries.bodies import Domain
 from geometries.contours import arc, plane
 from geometries.surfaces import LOWER, UPPER
-from tests.femic.reference.conftest import SYMMETRIC, UNSYMMETRIC, ics_of, line_errors, request_for
-from tests.femic.reference.solid.test_flat import LINES, job
+from tests.femic.reference.conftest import SYMMETRIC, UNSYMMETRIC, ics_of, request_for
+from tests.femic.reference.known_bodies import LINES, first_c, job, line_errors
 
 CASES = {  # contour, side, rolling radius, domain
     "quarter": (SYMMETRIC, UPPER, 100.0, Domain(40.0, 50.0)),
@@ -93,16 +91,12 @@ def test_supports_hold_far_arc_hub_and_end_and_nothing_else(solid):
 def test_a_large_rolling_radius_is_a_prismatic_body_and_the_difference_falls_like_its_inverse():
     radii = np.array([100.0, 200.0, 400.0])
 
-    def c(radius):
-        asked = job(80.0, 2.8, side=UPPER, rolling_radius=radius)
-        return discounted(asked, raw_ics(asked.request(Level())).u)[0]
-
-    prismatic = c(np.inf)
-    near = c(1e7)
+    prismatic, *wheels = (
+        first_c(job(80.0, 2.8, side=UPPER, rolling_radius=radius)) for radius in (np.inf, *radii, 1e7)
+    )
     part = LINES[0]  # along x, where the wheel curves away
     errors = [
-        line_errors((ic - prismatic)[..., part], prismatic[..., part], prismatic[2, 2, part])
-        for ic in (*map(c, radii), near)
+        line_errors((ic - prismatic)[..., part], prismatic[..., part], prismatic[2, 2, part]) for ic in wheels
     ]
     assert np.all(errors[-1] < 0.02)  # two meshes of the same body
     for i, j in ((0, 2), (2, 0)):  # of first order in x / R_roll
