@@ -234,10 +234,11 @@ class _Solution:
         """Return a contact in a box as one on the whole grid."""
         problem, shape = self.problem, self.problem.distance.shape
         p, slip = box.embed(solution.p, shape), box.embed(solution.law.centred, shape)
+        stick = solution.edge.with_followers(solution.law.stick)
         u = problem.operator(p)
         gap = u[..., N] + problem.distance - solution.approach * np.cos(problem.inclination)
         gap = np.where(p[..., N] > 0, 0.0, gap)
-        tangential = Tangential(p[..., :N], slip, box.embed(solution.stick, shape), solution.c)
+        tangential = Tangential(p[..., :N], slip, box.embed(stick, shape), solution.c)
         return FrictionalContact(problem, self.motion, p, u, gap, solution.approach, tangential, turns=0)
 
     def in_turns(self, guess: Guess) -> FrictionalContact:
