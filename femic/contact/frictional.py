@@ -305,6 +305,8 @@ class _Solution:
         problem, motion = self.fast, self.motion
         bound = problem.bound(p[..., N])
         of_pressures = problem.operator(p * [0.0, 0.0, 1.0])[..., :N]
+        weights = np.reshape([free.weights for free in motion.free], (-1, *p.shape))
+        targets = np.array([free.force for free in motion.free]) - np.tensordot(weights[..., N], p[..., N], 2)
         law = Coulomb(
             lambda q: motion.elastic_slip(problem.tangential(q)),
             problem.strips(motion),
@@ -312,17 +314,9 @@ class _Solution:
             bound,
             LeadingEdge.find(bound, motion.depth),
             motion,
-            self.free(p),
+            FreeAmplitudes(motion.free_slips, weights[..., :N], targets),
         )
         return coulomb.tractions(law, start=p[..., :N], amplitudes=amplitudes, tolerance=tolerance)
-
-    def free(self, p: Array) -> FreeAmplitudes:
-        """Return the free amplitudes, and what tangential tractions have to bring about besides pressures."""
-        free = self.motion.free
-        weights = np.reshape([slip.weights for slip in free], (-1, *p.shape))
-        of_pressures = np.tensordot(weights[..., N], p[..., N], 2)
-        targets = np.array([slip.force for slip in free]) - of_pressures
-        return FreeAmplitudes(self.motion.free_slips, weights[..., :N], targets)
 
 
 def _joined(tangential: Array, normal: Array) -> Array:
