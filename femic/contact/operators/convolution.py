@@ -120,8 +120,9 @@ class Convolution:
     @cached_property
     def strips_alone(self) -> Waves:
         """What changes displacements to those by tractions on the same strip, for one without factors."""
-        strip = fft.fft(self._on_ring[:, 0], axis=0)[:, None]
-        return Waves(strip @ np.linalg.inv(fft.rfft2(self._on_ring, axes=(0, 1))), self.padded)
+        ring = self._on_ring
+        strip = fft.fft(ring[:, 0], axis=0)[:, None]
+        return Waves(strip @ np.linalg.inv(fft.rfft2(ring, axes=(0, 1))), self.padded)
 
     @property
     def own_strip(self) -> Array:

@@ -311,13 +311,3 @@ def test_operators_of_which_only_products_are_known_will_do():
     np.testing.assert_allclose(there.p, here.p, atol=1e-5 * here.p.max())
     assert there.turns == 0
     assert there.approach - here.approach == pytest.approx(4e-3, rel=1e-3)
-
-
-def test_only_the_last_parts_of_a_grid_are_kept():
-    problem = replace(WIDE)
-    boxes = [Box((8 * k, 8 * k + 16), (0, 48)) for k in range(6)]
-    parts = [problem.within(box) for box in boxes]
-    assert list(problem._parts) == boxes[-4:]
-    assert problem.within(boxes[-1]) is parts[-1]
-    np.testing.assert_array_equal(problem.within(boxes[0]).distance, parts[0].distance)
-    np.testing.assert_allclose(parts[2].grid.strips, WIDE.grid.strips)
