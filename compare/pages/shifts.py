@@ -24,7 +24,7 @@ from compare.pages.shift_tables import (
 from compare.report.looks import ics_symbol
 from compare.report.parts import Folded, Items, Note, Page, Section, Verbatim, write_results
 from compare.report.tables import Cell
-from femic.contact.finite_strain import finite_strain_share
+from femic.contact.finite_strain import finite_strain_shares
 
 ELASTIC = (
     "Pressures are those of elastic contacts without friction; there is no plastic flow. Each wheel "
@@ -128,7 +128,7 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
 
 def _load_note(dataset: xr.Dataset) -> str:
     largest = float(dataset.p_max.max())
-    strain = largest * finite_strain_share(largest, float(dataset.attrs["E"])).p_max
+    strain = largest * finite_strain_shares(largest, float(dataset.attrs["E"]))[0]
     return (
         f"Vertical load {dataset.attrs['load'] / 1000:g} kN on each wheel. Strains are taken as small: "
         f"finite ones may change p_max by {strain:.0f} MPa where it is largest."

@@ -101,9 +101,11 @@ class Coupled:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """Tractions p and displacements u (n_x, n_s, 3), amplitudes c, approach, and what is in contact.
+    """Tractions p and displacements u (n_x, n_s, 3), amplitudes c, approach, and the linear equations there.
 
-    `bound` (n_x, n_s) [MPa] is that of tangential tractions, `edge` the leading edge.
+    `bound` (n_x, n_s) [MPa] is that of tangential tractions, `edge` the leading edge. Unknowns are changes of
+    pressures, free tractions and all else: one vector, of sizes a for elements in contact, 2 m for free ones,
+    and k. Residuals have the same order, and the unit of tractions.
     """
 
     coupled: Coupled
@@ -139,10 +141,10 @@ class State:
         approach = guess.approach if given is None else given
         return cls(coupled, p, u, guess.amplitudes, approach, bound, edge)
 
-    @property
+    @cached_property
     def contact(self) -> Mask:
         """The elements in contact, shape (n_x, n_s)."""
-        return self.p[..., N] > 0
+        return np.asarray(self.p[..., N] > 0)
 
     @cached_property
     def gap(self) -> Array:
@@ -159,48 +161,12 @@ class State:
         q, g = self.p[free][:, :N], self.bound[free][:, None]
         return Law(motion, 1 / self.coupled.self_compliance[1], free, q, g, slip)
 
-    @property
-    def stick(self) -> Mask:
-        """The elements that stick, shape (n_x, n_s)."""
-        return self.edge.with_followers(self.law.stick)
-
-    @property
-    def largest_pressure(self) -> float:
-        """The largest pressure [MPa]."""
-        return float(np.max(self.p[..., N]))
-
-
-@dataclass(frozen=True, eq=False)
-class Step:
-    """The equations made linear: unknowns are changes of pressures, free tractions and all else.
-
-    They are one vector, of sizes a for elements in contact, 2 m for free ones, and k. Residuals have the same
-    order, and the unit of tractions.
-    """
-
-    state: State
-
-    @property
-    def coupled(self) -> Coupled:
-        """The problem."""
-        return self.state.coupled
-
-    @cached_property
-    def contact(self) -> Mask:
-        """The elements in contact, shape (n_x, n_s)."""
-        return self.state.contact
-
-    @cached_property
-    def coefficients(self) -> Array:
-        """Coefficients of friction, shape (n_x, n_s)."""
-        return np.broadcast_to(self.coupled.problem.coefficients, self.contact.shape)
-
     @cached_property
     def residual(self) -> Array:
-        """What the step should remove."""
-        gaps = self.state.gap[self.contact] / self.coupled.self_compliance[0]
-        missing = self.sums(self.state.p) - self.coupled.targets / self.unit_forces
-        return np.concatenate([gaps, self.state.law.residual.ravel(), missing])
+        """What a step should remove."""
+        gaps = self.gap[self.contact] / self.coupled.self_compliance[0]
+        missing = self.sums(self.p) - self.coupled.targets / self.unit_forces
+        return np.concatenate([gaps, self.law.residual.ravel(), missing])
 
     @cached_property
     def unit_forces(self) -> Array:
@@ -218,10 +184,10 @@ class Step:
 
     def tractions(self, pressures: Array, q: Array) -> tuple[Array, Array]:
         """Return changes of all tractions (n_x, n_s, 3), and of bounds (n_x, n_s), from (a,) and (m, 2)."""
-        p, edge = np.zeros((*self.contact.shape, 3)), self.state.edge
+        p, edge = np.zeros((*self.contact.shape, 3)), self.edge
         p[self.contact, N] = pressures
         p[edge.free, :N] = q
-        bound = self.coefficients * p[..., N]
+        bound = self.coupled.problem.bound(p[..., N])
         followers = bound - edge.ratio * np.take_along_axis(bound, edge.followed, axis=0)
         p[..., :N] = edge.spread(p[..., :N]) + self.bound_shares * followers[..., None]
         return p, bound
@@ -229,13 +195,13 @@ class Step:
     @cached_property
     def bound_shares(self) -> Array:
         """Tangential tractions as shares of bounds, (n_x, n_s, 2), 0 where there are none."""
-        tangential, bound = self.state.p[..., :N], self.state.bound[..., None]
+        tangential, bound = self.p[..., :N], self.bound[..., None]
         return np.divide(tangential, bound, out=np.zeros_like(tangential), where=bound > 0)
 
     def derivative(self, v: Array) -> Array:
         """Return the change of residuals."""
         pressures, q, others = self.parts(v)
-        coupled, law = self.coupled, self.state.law
+        coupled, law = self.coupled, self.law
         p, bound = self.tractions(pressures, q)
         u = coupled.problem.operator(p)
         slip = coupled.motion.elastic_slip(u[..., :N]) + np.tensordot(others, coupled.modes, 1)
@@ -259,8 +225,8 @@ class Step:
         gaps = np.zeros((*self.contact.shape, 1))
         gaps[self.contact, 0] = gap_residuals * self.coupled.self_compliance[0]
         pressures = self.coupled.problem.ring_inverse(gaps)[..., 0]
-        law = self.state.law
-        bound = (self.coefficients * pressures)[law.free][:, None]
+        law = self.law
+        bound = self.coupled.problem.bound(pressures)[law.free][:, None]
         slides = np.where(law.stick[:, None], 0.0, bound * law.direction)
         return pressures[self.contact], self.law_preconditioner(law_residuals + slides)
 
@@ -268,12 +234,12 @@ class Step:
     def law_preconditioner(self) -> Linear:
         """The approximate inverse of the law."""
         strips = self.coupled.problem.strips(self.coupled.motion)
-        return StripInverse(strips, self.state.law, self.state.edge)
+        return StripInverse(strips, self.law, self.edge)
 
     @cached_property
     def columns(self) -> list[tuple[Array, Array]]:
         """Tractions that undo the residuals of unit values of all else."""
-        coupled, law = self.coupled, self.state.law
+        coupled, law = self.coupled, self.law
         columns = []
         for mode, unit in zip(coupled.modes, np.eye(len(coupled.modes)), strict=True):
             gaps = -coupled.split(unit)[1] * coupled.cosine[self.contact] / coupled.self_compliance[0]
@@ -291,7 +257,7 @@ class Step:
         pressures, q, _ = self.parts(self.inverse(self.residual))
         missing = self.parts(self.residual)[-1]
         largest = max(float(np.max(np.abs(part), initial=0.0)) for part in (pressures, q, missing))
-        return largest / self.state.largest_pressure
+        return largest / float(np.max(self.p[..., N]))
 
     def newton_update(self, tolerance: float) -> Guess:
         """Return what the solution of the equations leads to."""
@@ -299,9 +265,8 @@ class Step:
         solution = correction(self.residual, self.derivative, self.inverse, min(LOOSEST, reduction))
         pressures, q, others = self.parts(solution)
         amplitudes, approach = self.coupled.split(others)
-        state = self.state
-        p = state.p + self.tractions(pressures, q)[0]
-        return Guess(p, state.c + amplitudes, state.approach + approach)
+        p = self.p + self.tractions(pressures, q)[0]
+        return Guess(p, self.c + amplitudes, self.approach + approach)
 
 
 def solve(coupled: Coupled, guess: Guess, tolerance: float) -> State | None:
@@ -311,9 +276,8 @@ def solve(coupled: Coupled, guess: Guess, tolerance: float) -> State | None:
         state = State.from_guess(coupled, guess)
         if not np.any(state.contact):
             return None
-        step = Step(state)
-        errors.append(step.error)
-        if step.error <= SHARPER * tolerance:
+        errors.append(state.error)
+        if state.error <= SHARPER * tolerance:
             return state
-        guess = step.newton_update(tolerance)
+        guess = state.newton_update(tolerance)
     return None

@@ -13,30 +13,18 @@ So it is an uncertainty: the largest of these, rounded up. Source of the numbers
 benchmarks/finite_strain.py; docs/theory/contact.md.
 """
 
-from dataclasses import dataclass
-
 from geometries.errors import WrongInput
 
 AT_LOAD = 1.3  # share of p_max over p_max / E, at the same load
 AT_APPROACH, LOAD_AT_APPROACH = 1.5, 0.9  # shares of p_max and of the load, at the same approach
 
 
-@dataclass(frozen=True)
-class FiniteStrainShare:
-    """How far p_max and load may be off for finite strains, as shares of themselves.
+def finite_strain_shares(p_max: float, E: float, *, load_given: bool = True) -> tuple[float, float]:
+    """Return by which shares of themselves finite strains change p_max and load of a contact, at most.
 
-    At a given approach both are; at a given load only p_max.
-    """
-
-    p_max: float
-    load: float
-
-
-def finite_strain_share(p_max: float, E: float, *, load_given: bool = True) -> FiniteStrainShare:
-    """Return by which shares finite strains change a contact with a largest pressure [MPa], at most.
-
-    `E` [MPa] is the least Young's modulus of both bodies. `load_given`: at the same load, else at the same
-    approach. Raises WrongInput for numbers that are not positive.
+    At a given load that is not changed. `p_max` [MPa] is the largest pressure, `E` [MPa] the least Young's
+    modulus of both bodies. `load_given`: at the same load, else at the same approach. Raises WrongInput for
+    numbers that are not positive.
     """
     if not (p_max >= 0 and E > 0):
         raise WrongInput(
@@ -44,5 +32,5 @@ def finite_strain_share(p_max: float, E: float, *, load_given: bool = True) -> F
         )
     strain = p_max / E
     if load_given:
-        return FiniteStrainShare(AT_LOAD * strain, 0.0)
-    return FiniteStrainShare(AT_APPROACH * strain, LOAD_AT_APPROACH * strain)
+        return AT_LOAD * strain, 0.0
+    return AT_APPROACH * strain, LOAD_AT_APPROACH * strain

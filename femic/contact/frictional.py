@@ -234,10 +234,11 @@ class _Solution:
         """Return a contact in a box as one on the whole grid."""
         problem, shape = self.problem, self.problem.distance.shape
         p, slip = box.embed(solution.p, shape), box.embed(solution.law.centred, shape)
+        stick = solution.edge.with_followers(solution.law.stick)
         u = problem.operator(p)
         gap = u[..., N] + problem.distance - solution.approach * np.cos(problem.inclination)
         gap = np.where(p[..., N] > 0, 0.0, gap)
-        tangential = Tangential(p[..., :N], slip, box.embed(solution.stick, shape), solution.c)
+        tangential = Tangential(p[..., :N], slip, box.embed(stick, shape), solution.c)
         return FrictionalContact(problem, self.motion, p, u, gap, solution.approach, tangential, turns=0)
 
     def in_turns(self, guess: Guess) -> FrictionalContact:
@@ -304,6 +305,8 @@ class _Solution:
         problem, motion = self.fast, self.motion
         bound = problem.bound(p[..., N])
         of_pressures = problem.operator(p * [0.0, 0.0, 1.0])[..., :N]
+        weights = np.reshape([free.weights for free in motion.free], (-1, *p.shape))
+        targets = np.array([free.force for free in motion.free]) - np.tensordot(weights[..., N], p[..., N], 2)
         law = Coulomb(
             lambda q: motion.elastic_slip(problem.tangential(q)),
             problem.strips(motion),
@@ -311,17 +314,9 @@ class _Solution:
             bound,
             LeadingEdge.find(bound, motion.depth),
             motion,
-            self.free(p),
+            FreeAmplitudes(motion.free_slips, weights[..., :N], targets),
         )
         return coulomb.tractions(law, start=p[..., :N], amplitudes=amplitudes, tolerance=tolerance)
-
-    def free(self, p: Array) -> FreeAmplitudes:
-        """Return the free amplitudes, and what tangential tractions have to bring about besides pressures."""
-        free = self.motion.free
-        weights = np.reshape([slip.weights for slip in free], (-1, *p.shape))
-        of_pressures = np.tensordot(weights[..., N], p[..., N], 2)
-        targets = np.array([slip.force for slip in free]) - of_pressures
-        return FreeAmplitudes(self.motion.free_slips, weights[..., :N], targets)
 
 
 def _joined(tangential: Array, normal: Array) -> Array:

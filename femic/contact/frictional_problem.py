@@ -41,8 +41,19 @@ class FrictionalProblem:
     def __post_init__(self) -> None:
         if not 0 <= self.friction < np.inf:
             raise WrongInput(f"friction = {self.friction!r}: must be zero or positive, and finite")
-        if self.factor is not None:
-            _require_factors(self.factor, self.grid.n_s)
+        if self.factor is None:
+            return
+        n_s = self.grid.n_s
+        if np.shape(self.factor) != (n_s,):
+            raise WrongInput(
+                f"factor of friction, shape {np.shape(self.factor)}: one per strip, shape ({n_s},)"
+            )
+        wrong = np.flatnonzero(~((np.asarray(self.factor) >= 0) & np.isfinite(self.factor)))
+        if len(wrong):
+            raise WrongInput(
+                f"factor of friction = {self.factor[wrong[0]]!r} at strip {wrong[0]}: must be zero or "
+                "positive, and finite"
+            )
 
     @property
     def coefficients(self) -> Array | float:
@@ -115,8 +126,9 @@ class FrictionalProblem:
         if box not in self._parts:
             if len(self._parts) == MOST_PARTS:
                 del self._parts[next(iter(self._parts))]
+            s = float(np.mean(self.grid.strips[box.strips]))
             self._parts[box] = FrictionalProblem(
-                self._grid_within(box),
+                Grid(*box.shape, self.grid.dx, self.grid.ds, s),
                 restrict_to(self.operator, box, self.distance.shape),
                 self.flat.part(box.shape[0], box.strips),
                 box.crop(self.distance),
@@ -126,23 +138,6 @@ class FrictionalProblem:
             )
         return self._parts[box]
 
-    def _grid_within(self, box: Box) -> Grid:
-        n_x, n_s = box.shape
-        s = float(np.mean(self.grid.strips[box.strips]))
-        return Grid(n_x, n_s, self.grid.dx, self.grid.ds, s)
-
     @cached_property
     def _parts(self) -> "dict[Box, FrictionalProblem]":
         return {}
-
-
-def _require_factors(factor: Array, n_s: int) -> None:
-    """Raise WrongInput unless there is a factor of friction for each strip, zero or positive."""
-    if np.shape(factor) != (n_s,):
-        raise WrongInput(f"factor of friction, shape {np.shape(factor)}: one per strip, shape ({n_s},)")
-    wrong = np.flatnonzero(~((np.asarray(factor) >= 0) & np.isfinite(factor)))
-    if len(wrong):
-        raise WrongInput(
-            f"factor of friction = {factor[wrong[0]]!r} at strip {wrong[0]}: must be zero or positive, and "
-            "finite"
-        )

@@ -78,115 +78,60 @@ def pressures(
     """
     if (load is None) == (approach is None):
         raise ValueError("give either load or approach")
-    state = _State.first(problem, load, approach, start)
-    direction = np.zeros_like(problem.h)
-    last_z, last_residual, last_active = direction, direction, np.zeros(direction.shape, bool)
+    h, c, possible = problem.h, problem.c, np.isfinite(problem.h)
+
+    def scaled(p: Array) -> Array:
+        """Return pressures with the load, if it is given."""
+        return p if load is None else p * (load / np.vdot(c, p))
+
+    p = np.zeros(h.shape) if start is None else np.where(possible, np.maximum(start, 0), 0.0)
+    if not np.any(p) and approach is not None:
+        overlap = np.where(possible, np.maximum(approach * c - h, 0), 0.0)
+        p = np.where(possible, np.maximum(problem.inverse(overlap), 0), 0.0)
+    elif not np.any(p):
+        p = np.where(possible, 1.0, 0.0)
+    p = scaled(p)
+    u, products = problem.compliance(p), 1
+    direction = last_z = last_residual = np.zeros_like(h)
+    last_active = np.zeros(h.shape, bool)
     for iteration in range(MOST_ITERATIONS + 1):
-        gap = state.gap
-        active = state.possible & ((state.p > 0) | (gap < 0))
+        zeta = approach
+        if zeta is None:  # with which the gaps in contact have no component along c
+            pressed_c = np.where(p > 0, c, 0.0)
+            zeta = float(np.vdot(pressed_c, u + np.where(p > 0, h, 0.0)) / np.vdot(pressed_c, pressed_c))
+        gap = u + h - zeta * c
+        active = possible & ((p > 0) | (gap < 0))
         residual = np.where(active, gap, 0.0)
-        z = state.inverted(residual, active)
-        error = _share(z, state.p)
+        z = np.where(active, problem.inverse(residual), 0.0)
+        if load is not None:  # directions do not change it
+            active_c = np.where(active, c, 0.0)
+            inverse_c = np.where(active, problem.inverse(active_c), 0.0)
+            z = z - inverse_c * (np.vdot(active_c, z) / np.vdot(active_c, inverse_c))
+        largest, peak = float(np.max(np.abs(z))), float(np.max(p))
+        error = largest / peak if peak > 0 else np.inf if largest else 0.0  # inf: pressures are to come
         if error <= tolerance:
-            return PressureSolution(state.p, gap, state.approach, iteration, state.products, error)
+            return PressureSolution(p, gap, zeta, iteration, products, error)
         beta = 0.0
         if np.array_equal(active, last_active):
-            beta = max(0.0, _dot(z, residual - last_residual) / _dot(last_z, last_residual))
+            beta = max(0.0, float(np.vdot(z, residual - last_residual) / np.vdot(last_z, last_residual)))
         direction = z + beta * direction
-        state = state.moved(direction, _dot(residual, direction))
         last_z, last_residual, last_active = z, residual, active
-    raise Failure(
-        f"pressures: after {MOST_ITERATIONS} iterations their error is estimated at {error:.1e} of the "
-        f"largest, not {tolerance:.1e}; use smaller elements or a smaller potential contact area"
-    )
-
-
-@dataclass(frozen=True, eq=False)
-class _State:
-    """Pressures and their displacements S p."""
-
-    problem: Bounded
-    load: float | None
-    fixed_approach: float | None
-    p: Array
-    u: Array
-    products: int
-
-    @classmethod
-    def first(
-        cls, problem: Bounded, load: float | None, approach: float | None, start: Array | None
-    ) -> "_State":
-        """Return the first state: `start`, or, if it has no pressures, those that overlaps ask for."""
-        possible = np.isfinite(problem.h)
-        p = np.zeros(problem.h.shape) if start is None else np.where(possible, np.maximum(start, 0), 0.0)
-        if not np.any(p) and approach is not None:
-            overlap = np.where(possible, np.maximum(approach * problem.c - problem.h, 0), 0.0)
-            p = np.where(possible, np.maximum(problem.inverse(overlap), 0), 0.0)
-        elif not np.any(p):
-            p = np.where(possible, 1.0, 0.0)
-        return cls(problem, load, approach, p, p, 0)._with(p)
-
-    @property
-    def possible(self) -> Mask:
-        """Where contact is possible."""
-        return np.isfinite(self.problem.h)
-
-    @property
-    def approach(self) -> float:
-        """The approach: given, or that with which the gaps in contact have no component along c."""
-        if self.fixed_approach is not None:
-            return self.fixed_approach
-        c = np.where(self.p > 0, self.problem.c, 0.0)
-        h = np.where(self.p > 0, self.problem.h, 0.0)
-        return float(np.vdot(c, self.u + h) / np.vdot(c, c))
-
-    @property
-    def gap(self) -> Array:
-        """Gaps with the approach."""
-        return np.asarray(self.u + self.problem.h - self.approach * self.problem.c)
-
-    def inverted(self, residual: Array, active: Mask) -> Array:
-        """Return the preconditioned residual in contact, which does not change a load that is given."""
-        z = np.where(active, self.problem.inverse(residual), 0.0)
-        if self.load is None:
-            return z
-        c = np.where(active, self.problem.c, 0.0)
-        of_c = np.where(active, self.problem.inverse(c), 0.0)
-        return np.asarray(z - of_c * (np.vdot(c, z) / np.vdot(c, of_c)))
-
-    def moved(self, direction: Array, slope: float) -> "_State":
-        """Return the state of least energy along a direction, without negative pressures."""
-        v = self.problem.compliance(direction)
+        v = problem.compliance(direction)
         curvature = float(np.vdot(direction, v))
         if not curvature > 0:
             raise Failure(
                 "pressures: the ICs are not positive for pressures that the contact needs "
                 f"(p S p = {curvature:.2e} mm MPa); check their eigenvalues"
             )
-        p = self.p - slope / curvature * direction
+        length = float(np.vdot(residual, direction)) / curvature  # to the least energy
+        p, u, products = p - length * direction, u - length * v, products + 1
         if np.any(p < 0):
-            return self._with(np.maximum(p, 0), products=self.products + 1)
-        u = self.u - slope / curvature * v
-        return _State(self.problem, self.load, self.fixed_approach, p, u, self.products + 1)
-
-    def _with(self, p: Array, products: int = 0) -> "_State":
-        """Return the state of other pressures, scaled to the load."""
-        if self.load is not None:
-            p = p * (self.load / np.vdot(self.problem.c, p))
-        u = self.problem.compliance(p)
-        return _State(self.problem, self.load, self.fixed_approach, p, u, products + 1)
-
-
-def _dot(left: Array, right: Array) -> float:
-    return float(np.vdot(left, right))
-
-
-def _share(z: Array, p: Array) -> float:
-    """Return largest |z| over the largest pressure; infinite where pressures are still to come."""
-    largest, pressure = float(np.max(np.abs(z))), float(np.max(p))
-    if largest == 0:
-        return 0.0
-    return largest / pressure if pressure > 0 else np.inf
+            p = scaled(np.maximum(p, 0))
+            u, products = problem.compliance(p), products + 1
+    raise Failure(
+        f"pressures: after {MOST_ITERATIONS} iterations their error is estimated at {error:.1e} of the "
+        f"largest, not {tolerance:.1e}; use smaller elements or a smaller potential contact area"
+    )
 
 
 # --- contact on a grid ---

@@ -25,6 +25,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from femic.contact.estimates import Places
 from femic.contact.friction.motion import (
     NAMES,
     Creepages,
@@ -155,17 +156,9 @@ class RollingProblem:
     def weights(self) -> Mapping[str, Array]:
         """What tractions contribute to the forces of each creepage, shape (n_x, n_s, 3) [mm^2, spin mm^3]."""
         sin, cos = np.sin(self.problem.inclination), np.cos(self.problem.inclination)
-        x, y = self.rolling.x[:, None], self.rolling.contour.position(self.rolling.s)[0]
-        of_each: dict[str, tuple[Array | float, ...]] = {
-            "longitudinal": (1.0, 0.0, 0.0),
-            "lateral": (0.0, cos, sin),
-            "spin": (-y, x * cos, x * sin),
-        }
-        weights = {}
-        for name, parts in of_each.items():
-            along = [np.broadcast_to(part, self.problem.distance.shape) for part in parts]
-            weights[name] = self.problem.grid.area * np.stack(along, axis=-1)
-        return weights
+        y, z = self.rolling.contour.position(self.rolling.s)
+        levers = Places(self.rolling.x, y, z, sin, cos, self.problem.grid.area).levers
+        return dict(zip(NAMES, (levers["longitudinal"], levers["lateral"], levers["about_z"]), strict=True))
 
 
 # --- compression ---

@@ -301,7 +301,10 @@ class TangentPlane:
         Infinite where one of the sections does not lie over the plane.
         """
         x, s = np.asarray(x, dtype=float), np.asarray(s, dtype=float)
-        upper, lower = self._upper_heights(x, s, (approach, lateral)), self._lower_heights(s)
+        t = self.lower_arc_length(s)
+        points = self.bodies.lower.contour.position(np.where(np.isnan(t), self.place, t))
+        lower = np.where(np.isnan(t), np.nan, self.line.height(points))
+        upper = self._upper_heights(x, s, (approach, lateral))
         beside = np.isnan(upper) | np.isnan(lower)
         return np.where(beside, np.inf, np.where(beside, 0.0, upper) - np.where(beside, 0.0, lower))
 
@@ -312,13 +315,6 @@ class TangentPlane:
         inside = np.where(over, s, 0.0)
         t = _solved(self._lower_along, inside, np.interp(inside, table[1], table[0]), table[0])
         return np.where(over, t, np.nan)
-
-    def _lower_heights(self, s: Array) -> Array:
-        """Heights of the lower section over the plane [mm], shape of s; NaN where there are none."""
-        t = self.lower_arc_length(s)
-        found = np.where(np.isnan(t), self.place, t)
-        points = self.bodies.lower.contour.position(found)
-        return np.where(np.isnan(t), np.nan, self.line.height(points))
 
     def _upper_heights(self, x: Array, s: Array, moved: tuple[float, float]) -> Array:
         """Heights of the upper surface over the plane [mm], shape broadcast(x, s); NaN beside it."""

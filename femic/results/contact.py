@@ -15,7 +15,7 @@ from approx.variants import needs_effective
 from femic.cache.digests import results_digest, versions
 from femic.contact.datasets import INCLINATION, SECONDS, S, X, variables
 from femic.contact.feasibility import impossible, without_operator
-from femic.contact.finite_strain import finite_strain_share
+from femic.contact.finite_strain import finite_strain_shares
 from femic.contact.loading import amount
 from femic.contact.motions.none import FrictionlessContacts, SolvedContact, solve_frictionless
 from femic.contact.pairs import ics as given_ics
@@ -185,7 +185,7 @@ def to_dataset(results: ContactResults) -> xr.Dataset:
         },
     )
     softest = min(body.material.E for body in scene.bodies.values())
-    per_square = finite_strain_share(1.0, softest, load_given=by_load).p_max
+    per_square, _ = finite_strain_shares(1.0, softest, load_given=by_load)
     dataset["finite_strain_p_max"] = (dataset.p_max**2 * per_square).assign_attrs(
         units="MPa", long_name="change of p_max by finite strains, at most"
     )

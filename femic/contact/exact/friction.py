@@ -20,7 +20,7 @@ section 8.3. Normal and tangential problem are apart only for equal (1 - 2 nu) /
 the middle of the contact the surfaces stick, around it they slip. The traction is that of sliding, friction
 p_n, less the same of a smaller Hertz contact: its size is k times the contact's, of the same shape,
 
-    k = (1 - F / (f N))^(1/3) at a point,  k = (1 - F / (f N))^(1/2) along a line.
+    k = (1 - F / (f N))^(1/3).
 
 Displacements u = upper - lower under the pressures p_max sqrt(1 - (x/a)^2 - (s/b)^2) as tractions along x
 are, in the ellipse, a constant less a quadratic form, and the smaller ellipse removes the same quadratic
@@ -31,7 +31,7 @@ along x,
 
 over t = 0 ... pi/2, in elliptic integrals; of a circle 3 f N (2 - nu) / (8 G a) (1 - k^2). Along s, sin(t)^2.
 
-Exact in two dimensions and, at a point, for nu = 0. Otherwise it neglects the displacements across the force
+Exact for nu = 0. Otherwise it neglects the displacements across the force
 in the slip zone: there the slip of a circle is off the direction of the traction by about nu / (4 - 2 nu) rad
 (Johnson). Tractions of the exact solution differ by little, most of it across the force (Munisamy, Hills and
 Nowell 1994, Journal of Applied Mechanics 61, 278-283): compare at 1 %. Normal and tangential problem are
@@ -49,18 +49,15 @@ approach as on a flat punch without slip, and the tractions are sums of those of
 
     beta = K / (1 - nu) with combined constants (Dundurs' second constant), epsilon = artanh(beta) / pi,
 
-of E* = G / (1 - nu), and of the half-width or radius a:
+of E* = G / (1 - nu), and of the radius a:
 
-- along a line, load per length P = pi E* curvature a^2 / (4 J),
-  J = integral over t = 0 ... 1 of t cos(L(t)) / sqrt(1 - t^2), L(t) = epsilon ln((1 + t) / (1 - t));
-- axisymmetric, P = 2/3 E* curvature a^3 artanh(beta) / (beta I) at the approach curvature a^2 / (2 I),
-  I = integral over t = 0 ... 1 of t cos(L(t)).
+    P = 2/3 E* curvature a^3 artanh(beta) / (beta I) at the approach curvature a^2 / (2 I),
+    I = integral over t = 0 ... 1 of t cos(L(t)), L(t) = epsilon ln((1 + t) / (1 - t)).
 
-Without mismatch J = 1 and I = 1/2: Hertz. Tractions of the punches: along a line p + i q is proportional to
-exp(i L(x / a)) / sqrt(a^2 - x^2). Axisymmetric p and q are Hankel transforms of the cosine transform of phi
-and of the sine transform of psi, and phi + i psi is proportional to exp(i L(t / a)). That the surfaces touch
-where the contact grows to gives I and J. Of a punch on one body that is rigid, artanh(beta) / beta = (1 - nu)
-ln(3 - 4 nu) / (1 - 2 nu) with the nu of the other one.
+Without mismatch I = 1/2: Hertz. Tractions of the punches, p and q, are Hankel transforms of the cosine
+transform of phi and of the sine transform of psi, and phi + i psi is proportional to exp(i L(t / a)). That
+the surfaces touch where the contact grows to gives I. Of a punch on one body that is rigid, artanh(beta) /
+beta = (1 - nu) ln(3 - 4 nu) / (1 - 2 nu) with the nu of the other one.
 
 The traction q on the upper body points outwards for K > 0. It needs a friction of |q| / p, which grows
 without bound towards the edge: any friction leaves a ring of slip there. Still nearer to the edge, as near as
@@ -72,7 +69,6 @@ Proceedings of the Royal Society A 305, 55-80; Johnson (1985), Contact Mechanics
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -105,18 +101,6 @@ class TractiveRolling:
         require_positive("friction", self.friction)
         if not np.isfinite(self.creepage):
             raise WrongInput(f"creepage = {self.creepage!r}: must be finite")
-
-    @classmethod
-    def at_force(cls, surfaces: LineContact, load: float, friction: float, force: float) -> Self:
-        """Return the rolling that goes with a tangential force per length [N/mm] on the upper body.
-
-        Raises WrongInput for a force of friction load or more: no or any creepage beyond goes with it.
-        """
-        sliding = cls(surfaces, load, friction, 0.0)
-        if not abs(force) < friction * load:
-            raise WrongInput(f"force = {force!r}: must be below friction * load = {friction * load:g} [N/mm]")
-        creepage = sliding.largest_creepage * (1 - np.sqrt(1 - abs(force) / (friction * load)))
-        return cls(surfaces, load, friction, float(np.sign(force) * creepage))
 
     @property
     def half_width(self) -> float:
@@ -186,7 +170,14 @@ class ShiftedPoint:
     direction: int = X
 
     def __post_init__(self) -> None:
-        _check(self.nu, self.friction, self.force, self.normal.load, self.direction)
+        if not 0 <= self.nu <= 0.5:
+            raise WrongInput(f"nu = {self.nu!r}: must lie in 0 ... 0.5")
+        require_positive("friction", self.friction)
+        largest = self.friction * self.normal.load
+        if not abs(self.force) < largest:
+            raise WrongInput(f"force = {self.force!r}: must be below friction * load = {largest:g}")
+        if self.direction not in (X, S):
+            raise WrongInput(f"direction = {self.direction!r}: must be {X} (x) or {S} (s)")
 
     @property
     def G(self) -> float:
@@ -196,12 +187,7 @@ class ShiftedPoint:
     @property
     def stick_ratio(self) -> float:
         """The size k of the ellipse that sticks, as a share of that of the contact."""
-        return _sticking(self.friction, self.force, self.normal.load) ** (1 / 3)
-
-    @property
-    def stick_semi_axes(self) -> tuple[float, float]:
-        """Semi-axes [mm] of the ellipse that sticks, along x and s."""
-        return self.stick_ratio * self.normal.a, self.stick_ratio * self.normal.b
+        return (1 - abs(self.force) / (self.friction * self.normal.load)) ** (1 / 3)
 
     @property
     def shift(self) -> float:
@@ -234,67 +220,6 @@ class ShiftedPoint:
         return float(3 / (2 * np.pi * self.G) * ((1 - self.nu) * integral + self.nu * of_cosines))
 
 
-@dataclass(frozen=True)
-class ShiftedLine:
-    """A contact of Hertz along x under a load and a tangential force on the upper body, per length [N/mm].
-
-    The force acts in direction 1 (s, across the line, in plane strain) or 0 (x, along the line). The shift of
-    distant points is infinite. Raises WrongInput as `ShiftedPoint` does.
-    """
-
-    surfaces: LineContact
-    load: float
-    nu: float
-    friction: float
-    force: float
-    direction: int = S
-
-    def __post_init__(self) -> None:
-        _check(self.nu, self.friction, self.force, self.load, self.direction)
-
-    @property
-    def stick_half_width(self) -> float:
-        """Half of the width [mm] that sticks."""
-        return self.surfaces.half_width(self._reduced_load)
-
-    def traction(self, s: ArrayLike) -> Array:
-        """Traction [MPa] along the force at s [mm], shape of s."""
-        reduced = self.surfaces.pressure(self._reduced_load, s)
-        return np.asarray(
-            np.sign(self.force) * self.friction * (self.surfaces.pressure(self.load, s) - reduced)
-        )
-
-    def slip(self, s: ArrayLike) -> Array:
-        """Slip [mm] of the upper surface over the lower one since the force was 0, at s [mm] in the contact.
-
-        Against the traction; 0 where the surfaces stick. Shape of s.
-        """
-        grown = self.surfaces.gap(self._reduced_load, s)  # in one direction as in the other: ln|s|
-        ratio = 1.0 if self.direction == S else 1 / (1 - self.nu)
-        return np.asarray(-np.sign(self.force) * self.friction * ratio * grown)
-
-    @property
-    def _reduced_load(self) -> float:
-        return self.load * _sticking(self.friction, self.force, self.load)
-
-
-def _sticking(friction: float, force: float, load: float) -> float:
-    """Return the share of friction load that a force leaves."""
-    return 1 - abs(force) / (friction * load)
-
-
-def _check(nu: float, friction: float, force: float, load: float, direction: int) -> None:
-    """Raise WrongInput for what the solution does not hold for."""
-    if not 0 <= nu <= 0.5:
-        raise WrongInput(f"nu = {nu!r}: must lie in 0 ... 0.5")
-    require_positive("friction", friction)
-    require_positive("load", load)
-    if not abs(force) < friction * load:
-        raise WrongInput(f"force = {force!r}: must be below friction * load = {friction * load:g}")
-    if direction not in (X, S):
-        raise WrongInput(f"direction = {direction!r}: must be {X} (x) or {S} (s)")
-
-
 # --- full stick: Mossakovskii and Spence ---
 
 Complex = NDArray[np.complex128]
@@ -302,45 +227,6 @@ Complex = NDArray[np.complex128]
 LARGEST_BETA = 0.5  # of nu = 0 against a rigid body
 NODES = 80  # of the rule for tractions
 LEAST = 1e-6  # distance from the middle, over the size, up to which q is linear
-
-
-@dataclass(frozen=True)
-class StickingLine:
-    """Cylinders that touch along x, of relative curvature along s, with mismatch beta.
-
-    Raises WrongInput for |beta| beyond 0.5.
-    """
-
-    surfaces: LineContact
-    beta: float
-
-    def __post_init__(self) -> None:
-        _check_beta(self.beta)
-
-    @cached_property
-    def load_ratio(self) -> float:
-        """The load over that of Hertz at the same half-width."""
-        epsilon = _epsilon(self.beta)
-        # t = tanh(v), by parts
-        integral, _ = quad(lambda v: np.sin(2 * epsilon * v) / np.cosh(v), 0, 40)
-        return float(1 / (1 - 2 * epsilon * integral))
-
-    def half_width(self, load: float) -> float:
-        """Return half of the width [mm] of the contact under a load per length [N/mm]."""
-        return self.surfaces.half_width(load / self.load_ratio)
-
-    def tractions(self, load: float, s: ArrayLike) -> tuple[Array, Array]:
-        """Pressure p and traction q along +s on the upper body [MPa] at s [mm], shape of s each."""
-        a, epsilon = self.half_width(load), _epsilon(self.beta)
-        s = np.asarray(s, dtype=float)
-        ratio = np.clip(np.abs(s) / a, 1e-12, 1 - 1e-15)
-        z = np.sqrt((1 - ratio) / (1 + ratio))  # exp(-v)
-        # of punches from |s| to a: integral of exp(2 i epsilon v) / sinh(v) over larger v
-        punches = 2 * z ** (1 - 2j * epsilon) * (_remainder(2 * epsilon, z**2, 2) + np.arctanh(z) / z)
-        both = _turn(epsilon, ratio) * np.sqrt(1 - ratio**2) + 2j * epsilon * ratio * punches
-        scale = self.surfaces.modulus * self.surfaces.curvature * a / 2 * self.load_ratio
-        both = np.where(np.abs(s) < a, scale * np.cosh(np.pi * epsilon) * both, 0)
-        return both.real, np.sign(s) * both.imag
 
 
 @dataclass(frozen=True)
@@ -357,12 +243,13 @@ class StickingPoint:
     def __post_init__(self) -> None:
         require_positive("curvature", self.curvature)
         require_positive("modulus", self.modulus)
-        _check_beta(self.beta)
+        if not abs(self.beta) <= LARGEST_BETA:
+            raise WrongInput(f"beta = {self.beta!r}: must lie in -0.5 ... 0.5")
 
     @cached_property
     def approach_ratio(self) -> float:
         """The approach over that of Hertz at the same radius."""
-        epsilon = _epsilon(self.beta)
+        epsilon = np.arctanh(self.beta) / np.pi
         # t = tanh(v), by parts
         integral, _ = quad(lambda v: np.sin(2 * epsilon * v) / np.cosh(v) ** 2, 0, 40)
         return float(1 / (1 - 2 * epsilon * integral))
@@ -391,7 +278,7 @@ class StickingPoint:
 
         p is the integral of -phi'(t) / sqrt(t^2 - r^2) over t = r ... a, q that of -psi'(t) t / r / the same.
         """
-        a, epsilon = self.radius(load), _epsilon(self.beta)
+        a, epsilon = self.radius(load), np.arctanh(self.beta) / np.pi
         outward = np.abs(np.asarray(r, dtype=float)) / a
         ratio = np.clip(outward, LEAST, 1 - 1e-15)[..., None]
         share, steps = _crowding_nodes()  # of sqrt(t^2 - r^2)
@@ -408,20 +295,16 @@ class StickingPoint:
 def _slopes(epsilon: float, t: Array) -> Complex:
     """-(phi' + i psi') / t of all punches from t to 1, up to a factor: 1 without mismatch."""
     y = (1 - t) / (1 + t)  # exp(-2 v)
-    rest = y ** (1 - 1j * epsilon) * _remainder(epsilon, y, 1) - y ** (-1j * epsilon) * np.log1p(-y)
+    rest = y ** (1 - 1j * epsilon) * _remainder(epsilon, y) - y ** (-1j * epsilon) * np.log1p(-y)
     # integral of exp(2 i epsilon v) / sinh(v)^2 over larger v, by parts
-    return (1 - 2j * epsilon * (1 / t - 1)) * _turn(epsilon, t) + 4 * epsilon**2 * rest
+    turn = np.exp(2j * epsilon * np.arctanh(t))
+    return np.asarray((1 - 2j * epsilon * (1 / t - 1)) * turn + 4 * epsilon**2 * rest)
 
 
-def _turn(epsilon: float, ratio: Array) -> Complex:
-    """exp(i epsilon ln((1 + ratio) / (1 - ratio)))."""
-    return np.exp(2j * epsilon * np.arctanh(ratio))
-
-
-def _remainder(eta: float, z: Array, power: int) -> Complex:
-    """Integral of (u^(-i eta) - 1) / (1 - z u^power) over u = 0 ... 1, shape of z."""
+def _remainder(eta: float, z: Array) -> Complex:
+    """Integral of (u^(-i eta) - 1) / (1 - z u) over u = 0 ... 1, shape of z."""
     u, steps = _crowding_nodes()
-    return np.asarray((u ** (-1j * eta) - 1) / (1 - z[..., None] * u**power) @ steps)
+    return np.asarray((u ** (-1j * eta) - 1) / (1 - z[..., None] * u) @ steps)
 
 
 def _crowding_nodes() -> tuple[Array, Array]:
@@ -429,13 +312,3 @@ def _crowding_nodes() -> tuple[Array, Array]:
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
     x = (nodes + 1) / 2
     return x**4 * (35 - 84 * x + 70 * x**2 - 20 * x**3), 70 * (x * (1 - x)) ** 3 * weights
-
-
-def _epsilon(beta: float) -> float:
-    return float(np.arctanh(beta) / np.pi)
-
-
-def _check_beta(beta: float) -> None:
-    """Raise WrongInput for a mismatch that no two bodies have."""
-    if not abs(beta) <= LARGEST_BETA:
-        raise WrongInput(f"beta = {beta!r}: must lie in -0.5 ... 0.5")

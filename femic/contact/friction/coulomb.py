@@ -102,12 +102,24 @@ def tractions(
     Raises Failure, with the residuals, where `MOST_STEPS` do not suffice, and where friction
     cannot supply the prescribed forces.
     """
-    if len(problem.free.targets):
-        require_attainable(problem.free.weights, problem.bound, problem.free.targets)
+    free, mask = problem.free, problem.edge.free
+    if len(free.targets):
+        factor = attainable_factor(free.weights, problem.bound, free.targets)
+        if factor <= 1:
+            raise ForcesBeyondFriction(
+                "prescribed forces exceed what friction can supply: together they may be no more than "
+                f"{factor:.4g} times as large; use smaller forces, a larger load, or more friction"
+            )
+    q = np.zeros((np.count_nonzero(mask), 2)) if start is None else start[mask]
+    c = np.zeros(len(free.targets)) if amplitudes is None else amplitudes
+    middle = tuple(n // 2 for n in problem.bound.shape)
+    unit = np.zeros(problem.rigid.shape)
+    unit[middle] = 1.0
+    self_compliance = float(np.mean(problem.compliance(unit)[middle]))
     residuals: list[float] = []
     for scale in SCALES:
-        newton = _Newton.prepare(problem, scale)
-        for state in newton.starts(newton.state(*newton.first(start, amplitudes)), tolerance):
+        newton = _Newton(problem, scale / self_compliance)
+        for state in newton.starts(newton.state(q, c), tolerance):
             if solution := newton.solution(state, tolerance, residuals):
                 return solution
     last = ", ".join(f"{value:.1e}" for value in residuals[-4:])
@@ -142,36 +154,20 @@ class _State:
         return float(np.hypot(np.linalg.norm(self.law.defect), np.linalg.norm(self.force_residuals)))
 
     @property
-    def bound(self) -> float:
-        """The largest bound."""
-        return float(np.max(self.law.g, initial=1e-300))
-
-    @property
     def largest(self) -> float:
         """Largest residual as a share of the largest bound."""
-        return float(np.max(np.abs(self.residual), initial=0.0)) / self.bound
+        return float(np.max(np.abs(self.residual), initial=0.0) / np.max(self.law.g, initial=1e-300))
 
 
 @dataclass(frozen=True, eq=False)
 class _Newton:
     problem: Coulomb
-    mask: Mask  # free elements
-    g: Array  # their bounds, (m, 1)
     scale: float  # r
 
-    @classmethod
-    def prepare(cls, problem: Coulomb, scale: float) -> "_Newton":
-        mask = problem.edge.free
-        unit, (n_x, n_s) = np.zeros(problem.rigid.shape), problem.bound.shape
-        middle = n_x // 2, n_s // 2
-        unit[middle] = 1.0
-        own = float(np.mean(problem.compliance(unit)[middle]))
-        return cls(problem, mask, problem.bound[mask][:, None], scale / own)
-
-    def first(self, start: Array | None, amplitudes: Array | None) -> tuple[Array, Array]:
-        """Return tractions and amplitudes to begin with."""
-        q = np.zeros((len(self.g), 2)) if start is None else start[self.mask]
-        return q, np.zeros(len(self.problem.free.targets)) if amplitudes is None else amplitudes
+    @cached_property
+    def g(self) -> Array:
+        """The bounds of free elements, shape (m, 1)."""
+        return self.problem.bound[self.problem.edge.free][:, None]
 
     def starts(self, given: _State, tolerance: float) -> Iterator[_State]:
         """States to begin with: the given one, and, where forces are given, that of full stick.
@@ -202,7 +198,7 @@ class _Newton:
     def spread(self, q: Array) -> Array:
         """Return tractions of all elements (n_x, n_s, 2) from those of the free ones (m, 2)."""
         p = np.zeros(self.problem.rigid.shape)
-        p[self.mask] = q
+        p[self.problem.edge.free] = q
         return self.problem.edge.spread(p)
 
     def slip(self, q: Array, c: Array) -> Array:
@@ -213,8 +209,9 @@ class _Newton:
     def state(self, q: Array, c: Array, linear: Array | None = None) -> _State:
         """Return the state of tractions and amplitudes."""
         linear = self.slip(q, c) if linear is None else linear
-        law = Law(self.problem.motion, self.scale, self.mask, q, self.g, linear + self.problem.rigid)
-        return _State(c, linear, law, self.forces(q) - self.problem.free.targets / self.sums)
+        problem = self.problem
+        law = Law(problem.motion, self.scale, problem.edge.free, q, self.g, linear + problem.rigid)
+        return _State(c, linear, law, self.forces(q) - problem.free.targets / self.sums)
 
     def forces(self, q: Array) -> Array:
         """Weighted sums of tractions over those of the weights, shape (k,)."""
@@ -238,42 +235,27 @@ class _Newton:
 
     def step(self, state: _State, tolerance: float, loosest: float = LOOSEST) -> tuple[Array, Array]:
         """Return the solution of the linear equations."""
-        m, law = len(state.q), state.law
+        problem, law, m = self.problem, state.law, len(state.q)
+        strip_inverse, none = StripInverse(problem.strips, law, problem.edge), np.zeros_like(law.q)
+        modes = problem.free.modes
+        columns = np.reshape(  # tractions that undo the residuals of unit amplitudes
+            [strip_inverse(law.derivative(none, mode)) for mode in modes], (len(modes), m, 2)
+        )
+        schur_inverse = inverse_of_amplitudes([self.forces(column) for column in columns])
 
         def derivative(v: Array) -> Array:
             q, c = v[: 2 * m].reshape(m, 2), v[2 * m :]
             return np.concatenate([law.derivative(q, self.slip(q, c)).ravel(), self.forces(q)])
 
-        bordered = _Bordered.prepare(self, law)
-        reduction = tolerance * state.bound / np.max(np.abs(state.residual))
+        def inverse(v: Array) -> Array:
+            q = strip_inverse(v[: 2 * m].reshape(m, 2))
+            c = schur_inverse @ (v[2 * m :] - self.forces(q))
+            return np.concatenate([(q - np.tensordot(c, columns, 1)).ravel(), c])
+
+        reduction = tolerance / max(state.largest, 1e-300)
         enough = min(loosest, max(0.1 * reduction, min(LOOSEST, state.largest)))
-        solution = correction(state.residual, derivative, bordered, enough)
+        solution = correction(state.residual, derivative, inverse, enough)
         return solution[: 2 * m].reshape(m, 2), solution[2 * m :]
-
-
-@dataclass(frozen=True, eq=False)
-class _Bordered:
-    """An approximate inverse for tractions and amplitudes, by that for tractions."""
-
-    newton: _Newton
-    inverse: Linear
-    columns: Array  # (k, m, 2): the inverse of the residuals of unit amplitudes
-    schur_inverse: Array  # (k, k): the inverse of how amplitudes change forces, where they do
-
-    @classmethod
-    def prepare(cls, newton: _Newton, law: Law) -> "_Bordered":
-        problem, none = newton.problem, np.zeros_like(law.q)
-        inverse, modes = StripInverse(problem.strips, law, problem.edge), problem.free.modes
-        k, shape = len(modes), none.shape
-        columns = np.reshape([inverse(law.derivative(none, mode)) for mode in modes], (k, *shape))
-        schur_inverse = inverse_of_amplitudes([newton.forces(column) for column in columns])
-        return cls(newton, inverse, columns, schur_inverse)
-
-    def __call__(self, v: Array) -> Array:
-        m = self.columns.shape[1]
-        q = self.inverse(v[: 2 * m].reshape(m, 2))
-        c = self.schur_inverse @ (v[2 * m :] - self.newton.forces(q))
-        return np.concatenate([(q - np.tensordot(c, self.columns, 1)).ravel(), c])
 
 
 # --- whether friction can supply the forces ---
@@ -286,21 +268,12 @@ class ForcesBeyondFriction(Failure):
     """Prescribed forces that no tractions within the bounds of friction supply."""
 
 
-def require_attainable(weights: Array, bound: Array, targets: Array) -> None:
-    """Raise ForcesBeyondFriction where no tractions within bounds (n_x, n_s) supply forces `targets` (k,).
-
-    The forces are the sums of weights (k, n_x, n_s, 2) times tractions.
-    """
-    factor = attainable_factor(weights, bound, targets)
-    if factor <= 1:
-        raise ForcesBeyondFriction(
-            "prescribed forces exceed what friction can supply: together they may be no more than "
-            f"{factor:.4g} times as large; use smaller forces, a larger load, or more friction"
-        )
-
-
 def attainable_factor(weights: Array, bound: Array, targets: Array) -> float:
-    """Return the factor by which forces may grow; infinite for none, 0 where there are no tractions."""
+    """Return the factor by which forces `targets` (k,) may grow within bounds (n_x, n_s) of tractions.
+
+    The forces are the sums of weights (k, n_x, n_s, 2) times tractions. Infinite for none, 0 where there are
+    no tractions.
+    """
     loaded = bound > 0
     largest = np.sum(bound * np.linalg.norm(weights, axis=-1), axis=(1, 2))
     if not np.all(largest > 0):

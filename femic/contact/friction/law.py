@@ -112,24 +112,19 @@ class Law:
         By the traction itself, by slip at the element, and by slip at the one behind it.
         """
         stick, across = self.stick[:, None], self.share * (1 - self.direction**2)
-        own, behind = self._slip_coefficients()
-        return (
-            np.where(stick, 0.0, 1 - across),
-            self.scale * np.where(stick, 1.0, self.share * own),
-            self.scale * np.where(stick, 0.0, self.share * behind),
-        )
-
-    def _slip_coefficients(self) -> tuple[Array, Array]:
-        """Return the parts of centred slip across tractions due to slip there and behind, (m, 2) each."""
         even = (np.arange(len(self.slip)) % 2 == 0)[:, None, None]
-        own, behind = np.zeros_like(self.q), np.zeros_like(self.q)
+        own, behind = np.zeros_like(self.q), np.zeros_like(self.q)  # parts of centred slip across tractions
         for i, unit in enumerate(np.eye(2)):
             of_even, of_odd = (
                 self.at_elements(np.broadcast_to(mask * unit, self.slip.shape)) for mask in (even, ~even)
             )
             own[:, i] = self.across(np.where(even, of_even, of_odd)[self.free])[:, i]
             behind[:, i] = self.across(np.where(even, of_odd, of_even)[self.free])[:, i]
-        return own, behind
+        return (
+            np.where(stick, 0.0, 1 - across),
+            self.scale * np.where(stick, 1.0, self.share * own),
+            self.scale * np.where(stick, 0.0, self.share * behind),
+        )
 
 
 # --- approximate inverse by strips ---

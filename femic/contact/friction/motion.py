@@ -284,15 +284,6 @@ class FreeSlip:
     weights: Array
     force: float
 
-    @property
-    def coarsened(self) -> "FreeSlip":
-        """The same of elements twice as large."""
-        return FreeSlip(block_mean(self.slip), 4 * block_mean(self.weights), self.force)
-
-    def within(self, box: Box) -> "FreeSlip":
-        """Return the same of elements in a box."""
-        return FreeSlip(box.crop(self.slip), box.crop(self.weights), self.force)
-
 
 @dataclass(frozen=True, eq=False)
 class Motion:
@@ -337,11 +328,18 @@ class Motion:
 
     def coarsened(self) -> Self:
         """Return the motion on elements twice as large."""
-        return replace(self, rigid=block_mean(self.rigid), free=tuple(free.coarsened for free in self.free))
+        return self._on_elements(block_mean, 2)
 
     def within(self, box: Box) -> Self:
         """Return the motion of the elements in a box."""
-        return replace(self, rigid=box.crop(self.rigid), free=tuple(free.within(box) for free in self.free))
+        return self._on_elements(box.crop, 1)
+
+    def _on_elements(self, take: Callable[[Array], Array], size: int) -> Self:
+        """Return the motion on elements `size` times as large, whose values (n_x, n_s, ...) `take` gives."""
+        free = tuple(
+            FreeSlip(take(free.slip), size**2 * take(free.weights), free.force) for free in self.free
+        )
+        return replace(self, rigid=take(self.rigid), free=free)
 
 
 @dataclass(frozen=True, eq=False)
@@ -368,17 +366,11 @@ class Shift(Motion):
         along_s = (approach - self.approach_before) * self.per_approach
         return self.given + along_s[:, None] * [0.0, 1.0]
 
-    def coarsened(self) -> "Shift":
-        """Return the shift on elements twice as large."""
-        before = None if self.before is None else block_mean(self.before)
-        sines = None if self.per_approach is None else self.per_approach.reshape(-1, 2).mean(axis=1)
-        return replace(super().coarsened(), before=before, per_approach=sines)
-
-    def within(self, box: Box) -> "Shift":
-        """Return the shift of the elements in a box."""
-        before = None if self.before is None else box.crop(self.before)
-        sines = None if self.per_approach is None else self.per_approach[box.strips]
-        return replace(super().within(box), before=before, per_approach=sines)
+    def _on_elements(self, take: Callable[[Array], Array], size: int) -> Self:
+        moved, sines = super()._on_elements(take, size), self.per_approach
+        if sines is not None:
+            sines = take(np.broadcast_to(sines, self.rigid.shape[:2]))[0]
+        return replace(moved, before=None if self.before is None else take(self.before), per_approach=sines)
 
 
 @dataclass(frozen=True, eq=False)
@@ -429,9 +421,8 @@ class SteadyRolling(Motion):
         slips = [self._half_way(free.slip) for free in self.free]
         return np.reshape(slips, (len(slips), *self.rigid.shape))
 
-    def coarsened(self) -> "SteadyRolling":
-        """Return the rolling on elements twice as large."""
-        return replace(super().coarsened(), dx=2 * self.dx)
+    def _on_elements(self, take: Callable[[Array], Array], size: int) -> Self:
+        return replace(super()._on_elements(take, size), dx=size * self.dx)
 
     def _half_way(self, rigid: Array) -> Array:
         return rigid if self.order == 1 else (rigid + ahead(rigid)) / 2
@@ -454,10 +445,9 @@ class RollingStep(SteadyRolling):
         before = 0.0 if self.before is None else ahead(self.before) / self.dx
         return super().given - before
 
-    def within(self, box: Box) -> "RollingStep":
-        """Return the step of the elements in a box."""
-        before = None if self.before is None else box.crop(self.before)
-        return replace(super().within(box), before=before)
+    def _on_elements(self, take: Callable[[Array], Array], size: int) -> Self:
+        before = None if self.before is None else take(self.before)
+        return replace(super()._on_elements(take, size), before=before)
 
 
 def ahead(values: Array) -> Array:

@@ -14,7 +14,7 @@ vertical motion of the wheel, for which u_x = u_z x / R, does not change the sli
 depend on the rigid-body discount, by M_zz times load over R.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -149,9 +149,22 @@ def _convolution(parts: Sequence[_Part], directions: tuple[int, ...]) -> Convolu
     """Return the sum of parts, all of them with fixed shares of the rotation, as a sum of convolutions."""
     factors: dict[str, Array] = {}
     kernels: dict[tuple[Place, Place], Array] = {}
-    for number, part in enumerate(parts):
-        for (i, j), w, cosine, sine in _waves(part, directions):
-            for of_observer, of_load, kernel in _products(w, cosine, sine):
+    for (number, part), i, j in product(enumerate(parts), directions, directions):
+        if (i, j) not in part.forms:
+            continue
+        form = part.forms[i, j].on(part.half_space)
+        assert isinstance(form.rotate, Shares)
+        for w, weights in _weights(form.rotate).items():
+            ics = part.half_space_ics(form)
+            cosine, sine = (
+                np.tensordot(share, ics, 2) for share in (weights[i, j].real, -weights[i, j].imag)
+            )
+            products = [("cos", "cos", cosine)]  # of cos and sin of w (delta_I - delta_J)
+            if w:
+                products += [("sin", "sin", cosine), ("sin", "cos", sine), ("cos", "sin", -sine)]
+            for of_observer, of_load, kernel in products:
+                if not np.any(kernel):
+                    continue
                 observer, load = (f"{name}({w!r} delta_{number})" for name in (of_observer, of_load))
                 factors[observer] = FUNCTIONS[of_observer](w * part.delta)
                 factors[load] = FUNCTIONS[of_load](w * part.delta)
@@ -160,40 +173,17 @@ def _convolution(parts: Sequence[_Part], directions: tuple[int, ...]) -> Convolu
     return Convolution(directions, factors, kernels)
 
 
-def _waves(part: _Part, directions: tuple[int, ...]) -> Iterator[tuple[tuple[int, int], float, Array, Array]]:
-    """Yield component, w, and the kernels of cos(w alpha) and of sin(w alpha) of which a part consists."""
-    for form, components in part.components.items():
-        assert isinstance(form.rotate, Shares)
-        ics, waves = part.half_space_ics(form), _weights(form.rotate)
-        for (i, j), (w, weights) in product(components, waves.items()):
-            if i in directions and j in directions:
-                cosine, sine = weights[i, j].real, -weights[i, j].imag
-                yield (i, j), w, np.tensordot(cosine, ics, 2), np.tensordot(sine, ics, 2)
-
-
 def _weights(shares: Shares) -> dict[float, Complex]:
     """Return W of T^p A T^q = Re(sum of exp(i w alpha) W A) by w >= 0: of A_kl in ij, (3, 3, 3, 3)."""
+    observers, loads = (  # R_x(share alpha) as matrices times exp(i w alpha): pairs of w and matrix
+        [(0.0, Q_0), (share, Q_1), (-share, np.conj(Q_1))] if share else [(0.0, np.eye(3))]
+        for share in (shares.observer, shares.load)
+    )
     total: dict[float, Complex] = {}
-    for (p, left), (q, right) in product(_terms(shares.observer), _terms(shares.load)):
+    for (p, left), (q, right) in product(observers, loads):
         w, weights = round(p + q, 12), np.einsum("ik,lj->ijkl", left, right).astype(complex)
         total[abs(w)] = total.get(abs(w), 0) + (weights if w >= 0 else np.conj(weights))
     return total
-
-
-def _terms(share: float) -> list[tuple[float, Array | Complex]]:
-    """R_x(share alpha) as matrices times exp(i w alpha): pairs of w and matrix."""
-    return [(0.0, Q_0), (share, Q_1), (-share, np.conj(Q_1))] if share else [(0.0, np.eye(3))]
-
-
-def _products(w: float, cosine: Array, sine: Array) -> Iterator[tuple[str, str, Array]]:
-    """Yield the functions of delta_I and of delta_J of which cos and sin of w alpha consist, with kernels."""
-    if np.any(cosine):
-        yield "cos", "cos", cosine
-        if w:
-            yield "sin", "sin", cosine
-    if w and np.any(sine):
-        yield "sin", "cos", sine
-        yield "cos", "sin", -sine
 
 
 def _parts(forms: Forms, pair: Pair, grid: Grid, upper_offset: float) -> list[_Part]:

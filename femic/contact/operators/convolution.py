@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from geometries.arrays import Array, Indices
+from geometries.arrays import Array
 
 # --- waves on a ring ---
 
@@ -30,38 +30,12 @@ class Waves:
     factors: Complex
     padded: tuple[int, int]
 
-    @classmethod
-    def inverse(cls, kernels: Array, padded: tuple[int, int]) -> "Waves":
-        """Return the inverse of a convolution with kernels (2 n_x - 1, 2 n_s - 1, m, m) at all lags."""
-        spectrum = fft.rfft2(_on_ring(kernels, padded), axes=(0, 1))
-        return cls(np.asarray(np.linalg.inv(spectrum), complex), padded)
-
-    @classmethod
-    def strips_alone(cls, kernels: Array, padded: tuple[int, int]) -> "Waves":
-        """Return what changes results of a convolution to those in which each strip has its own part only."""
-        ring = _on_ring(kernels, padded)
-        of_strip = fft.fft(ring[:, 0], axis=0)[:, None]
-        return cls(of_strip @ np.linalg.inv(fft.rfft2(ring, axes=(0, 1))), padded)
-
     def __call__(self, values: Array) -> Array:
         """Return the result for values of shape (n_x, n_s, m), of the same shape."""
         n_x, n_s, _ = values.shape
         spectrum = fft.rfft2(values, self.padded, axes=(0, 1))
         multiplied = np.einsum("xsij,xsj->xsi", self.factors, spectrum)
         return np.asarray(fft.irfft2(multiplied, self.padded, axes=(0, 1))[:n_x, :n_s])
-
-
-def _on_ring(kernels: Array, padded: tuple[int, int]) -> Array:
-    """Kernels at the lags around a ring, shape (*padded, m, m)."""
-    places = [_lags(size, (lags + 1) // 2) for size, lags in zip(padded, kernels.shape, strict=False)]
-    return kernels[np.ix_(*places)]
-
-
-def _lags(size: int, n: int) -> Indices:
-    """Places, among lags from -(n - 1) to n - 1, of the lags around a ring of `size` elements."""
-    lags = np.arange(size)
-    lags = np.where(lags > size // 2, lags - size, lags)
-    return np.asarray(n - 1 + np.clip(lags, 1 - n, n - 1))
 
 
 # --- sums of convolutions ---
@@ -140,12 +114,15 @@ class Convolution:
     @cached_property
     def ring_inverse(self) -> Waves:
         """The approximate inverse of an operator without factors, such as A of half-spaces."""
-        return Waves.inverse(self._without_factors, self.padded)
+        spectrum = fft.rfft2(self._on_ring, axes=(0, 1))
+        return Waves(np.asarray(np.linalg.inv(spectrum), complex), self.padded)
 
     @cached_property
     def strips_alone(self) -> Waves:
         """What changes displacements to those by tractions on the same strip, for one without factors."""
-        return Waves.strips_alone(self._without_factors, self.padded)
+        ring = self._on_ring
+        strip = fft.fft(ring[:, 0], axis=0)[:, None]
+        return Waves(strip @ np.linalg.inv(fft.rfft2(ring, axes=(0, 1))), self.padded)
 
     @property
     def own_strip(self) -> Array:
@@ -160,6 +137,16 @@ class Convolution:
         for ((i, _), (j, _)), kernel in self.kernels.items():
             kernels[..., self.directions.index(i), self.directions.index(j)] += kernel
         return kernels
+
+    @property
+    def _on_ring(self) -> Array:
+        """The same kernels at the lags around a ring, shape (*padded, m, m)."""
+        places = []
+        for size, n in zip(self.padded, self.shape, strict=True):
+            lags = np.arange(size)
+            lags = np.where(lags > size // 2, lags - size, lags)
+            places.append(n - 1 + np.clip(lags, 1 - n, n - 1))
+        return self._without_factors[np.ix_(*places)]
 
     @property
     def padded(self) -> tuple[int, int]:

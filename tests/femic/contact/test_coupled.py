@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from femic.contact import coupled, frictional
-from femic.contact.coupled import Coupled, Guess, State, Step
-from femic.contact.friction.law import stagnated
+from femic.contact.coupled import Coupled, Guess, State
 from femic.contact.friction.motion import Creepages, RollingStep, Shift, SteadyRolling
 from femic.contact.frictional import solve
 from femic.contact.loading import Loading
@@ -73,24 +72,23 @@ def test_equations_have_the_derivative_of_the_residual(name, loading, motions):
     guess, contact = near(GROOVE, motion)
     system = Coupled(GROOVE, motion, LOAD if loading == "load" else Loading(approach=contact.approach))
     state = State.from_guess(system, replace(guess, approach=0.95 * guess.approach))  # nothing joins
-    step = Step(state)
     stick = np.count_nonzero(state.law.stick)
     assert 0 < stick < len(state.law.stick)
     random = np.random.default_rng(2)
     for _ in range(6):
-        v = random.normal(size=len(step.residual))
-        pressures, q, others = step.parts(v)
+        v = random.normal(size=len(state.residual))
+        pressures, q, others = state.parts(v)
         pressures *= state.p[state.contact][:, 2]
         amplitudes, approach = system.split(others)
         h, ends = 1e-7, []
         for sign in (1, -1):
-            p = state.p + sign * h * step.tractions(pressures, q)[0]
+            p = state.p + sign * h * state.tractions(pressures, q)[0]
             given = Guess(p, state.c + sign * h * amplitudes, state.approach + sign * h * approach)
             moved = State._in_contact(system, given, p[..., 2])
             np.testing.assert_array_equal(moved.law.stick, state.law.stick)
-            ends.append(Step(moved).residual)
+            ends.append(moved.residual)
         expected = (ends[0] - ends[1]) / (2 * h)
-        np.testing.assert_allclose(step.derivative(v), expected, atol=1e-4 * np.max(np.abs(expected)))
+        np.testing.assert_allclose(state.derivative(v), expected, atol=1e-4 * np.max(np.abs(expected)))
 
 
 @names
@@ -98,19 +96,18 @@ def test_preconditioner_meets_forces_and_load(name, motions):
     """Whatever it makes of gaps and friction: no component of the residual of forces is left."""
     motion = motions[name]
     guess, _ = near(GROOVE, motion)
-    step = Step(State.from_guess(Coupled(GROOVE, motion, LOAD), guess))
-    k = len(step.coupled.targets)
+    state = State.from_guess(Coupled(GROOVE, motion, LOAD), guess)
+    k = len(state.coupled.targets)
     assert k == (3 if name == "forces" else 1)
-    v = np.random.default_rng(3).normal(size=len(step.residual))
-    np.testing.assert_allclose(step.derivative(step.inverse(v))[-k:], v[-k:], atol=1e-9 * np.max(np.abs(v)))
+    v = np.random.default_rng(3).normal(size=len(state.residual))
+    np.testing.assert_allclose(state.derivative(state.inverse(v))[-k:], v[-k:], atol=1e-9 * np.max(np.abs(v)))
 
 
 def test_residuals_are_gaps_law_forces_and_load():
     motion = MOTIONS["second order"]
     guess, _ = near(GROOVE, motion)
     state = State.from_guess(Coupled(GROOVE, motion, LOAD), guess)
-    step = Step(state)
-    gaps, of_law, (of_load,) = step.parts(step.residual)
+    gaps, of_law, (of_load,) = state.parts(state.residual)
     own_gap, own_slip = state.coupled.self_compliance
     u = GROOVE.operator(state.p)
     expected = u[..., 2] + GROOVE.distance - state.approach * np.cos(GROOVE.inclination)
@@ -119,7 +116,7 @@ def test_residuals_are_gaps_law_forces_and_load():
     assert state.law.scale == pytest.approx(1 / own_slip)
     vertical = state.p[..., 2] * np.cos(GROOVE.inclination) - state.p[..., 1] * np.sin(GROOVE.inclination)
     load = np.sum(vertical) * GROOVE.grid.area
-    assert of_load * step.unit_forces[-1] == pytest.approx(load - LOAD.load)
+    assert of_load * state.unit_forces[-1] == pytest.approx(load - LOAD.load)
 
 
 # ---- states
@@ -217,7 +214,7 @@ def test_a_given_approach_is_kept():
 def test_the_contact_is_its_own_guess(monkeypatch):
     motion = MOTIONS["second order"]
     contact = solve(GROOVE, motion, LOAD, start=solve(GROOVE, motion, LESS))
-    monkeypatch.setattr(Step, "newton_update", lambda *_: pytest.fail("a step is taken"))
+    monkeypatch.setattr(State, "newton_update", lambda *_: pytest.fail("a step is taken"))
     again = solve(GROOVE, motion, LOAD, start=contact)
     np.testing.assert_allclose(again.p, contact.p, atol=1e-12 * contact.p.max())
 
@@ -235,19 +232,6 @@ def test_forces_that_are_not_met_are_no_solution():
 def test_no_contact_is_found_from_none():
     system = Coupled(GROOVE, MOTIONS["shift"], LOAD)
     assert coupled.solve(system, Guess(np.zeros((*RIGID.shape[:2], 3)), np.zeros(0), -1.0), 1e-6) is None
-
-
-@pytest.mark.parametrize(
-    ("errors", "idle"),
-    [
-        ([], False),
-        ([1.0] + [2.0] * 4, False),
-        ([1.0] + [2.0] * 5, True),
-        ([3.0, 2.0, 1.0, 0.5, 0.3, 0.2], False),
-    ],
-)
-def test_steps_that_lead_nowhere_end(errors, idle):
-    assert stagnated(errors, coupled.MOST_IDLE_STEPS) is idle
 
 
 # ---- in a box
@@ -327,13 +311,3 @@ def test_operators_of_which_only_products_are_known_will_do():
     np.testing.assert_allclose(there.p, here.p, atol=1e-5 * here.p.max())
     assert there.turns == 0
     assert there.approach - here.approach == pytest.approx(4e-3, rel=1e-3)
-
-
-def test_only_the_last_parts_of_a_grid_are_kept():
-    problem = replace(WIDE)
-    boxes = [Box((8 * k, 8 * k + 16), (0, 48)) for k in range(6)]
-    parts = [problem.within(box) for box in boxes]
-    assert list(problem._parts) == boxes[-4:]
-    assert problem.within(boxes[-1]) is parts[-1]
-    np.testing.assert_array_equal(problem.within(boxes[0]).distance, parts[0].distance)
-    np.testing.assert_allclose(parts[2].grid.strips, WIDE.grid.strips)

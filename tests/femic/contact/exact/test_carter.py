@@ -92,15 +92,6 @@ def test_small_creepage_agrees_with_the_linear_law():
     assert contact.force == pytest.approx(np.pi * LINE.modulus * A * contact.creepage / 2, rel=1e-6)
 
 
-def test_creepage_and_force_are_inverse():
-    for share in (-0.7, 0.2, 0.99):
-        contact = rolling(share)
-        again = TractiveRolling.at_force(LINE, LOAD, FRICTION, contact.force)
-        assert again.creepage == pytest.approx(contact.creepage, rel=1e-9)
-    assert rolling(1.3).force == pytest.approx(FRICTION * LOAD)
-    assert not TractiveRolling.at_force(LINE, LOAD, FRICTION, 0.0).force
-
-
 def test_outside_the_contact_nothing_slips():
     assert np.all(np.isnan(rolling(0.5).slip([-1.1 * A, 1.1 * A])))
 
@@ -117,8 +108,3 @@ def test_input_out_of_range_is_refused(changes, message):
     arguments = {"surfaces": LINE, "load": LOAD, "friction": FRICTION, "creepage": 1e-3} | changes
     with pytest.raises(WrongInput, match=message):
         TractiveRolling(**arguments)
-
-
-def test_a_force_beyond_friction_is_refused():
-    with pytest.raises(WrongInput, match=r"force = 400\.0: must be below friction \* load = 315"):
-        TractiveRolling.at_force(LINE, LOAD, FRICTION, 400.0)

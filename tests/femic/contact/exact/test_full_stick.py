@@ -5,11 +5,11 @@ import pytest
 from scipy.integrate import quad
 
 from approx.halfspace import HalfSpace
-from femic.contact.exact.friction import StickingLine, StickingPoint
-from femic.contact.exact.hertz import LineContact, PointContact, combined_modulus
+from femic.contact.exact.friction import StickingPoint
+from femic.contact.exact.hertz import PointContact, combined_modulus
 from geometries.errors import WrongInput
 from geometries.materials import ElasticConstants, Material, both_bodies
-from geometries.patches import N, Patch, S, X
+from geometries.patches import N, Patch, X
 
 NU, CURVATURE, LOAD = 0.2, 0.05, 800.0
 BETAS = [0.5, -0.35, 0.1]
@@ -23,10 +23,6 @@ def bodies(beta, nu=NU):
 
 def point(beta):
     return StickingPoint(CURVATURE, 1000.0, beta)
-
-
-def line(beta):
-    return StickingLine(LineContact(CURVATURE, 1000.0), beta)
 
 
 @pytest.mark.parametrize(("beta", "nu"), [(0.5, 0.0), (-0.35, 0.4)])
@@ -49,57 +45,6 @@ def test_the_tractions_of_a_point_press_without_slip(beta, nu):
     assert np.sign(coefficient) == -np.sign(beta)  # inwards for K > 0
     np.testing.assert_allclose(u[:, X], coefficient * at**2, atol=1e-3 * approach)
     assert not np.any(contact.tractions(LOAD, 1.01 * a))
-
-
-@each_beta
-def test_the_tractions_of_a_line_press_without_slip(beta):
-    contact = line(beta)
-    a = contact.half_width(LOAD)
-    edges = -a * np.cos(np.linspace(0, np.pi, 401))
-    s, widths = (edges[1:] + edges[:-1]) / 2, np.diff(edges)
-    p, q = contact.tractions(LOAD, s)
-    assert p @ widths == pytest.approx(LOAD, rel=1e-5)
-    at, space = a * np.array([0.0, 0.1, 0.3, -0.5, 0.8]), bodies(beta)
-    u = np.zeros((3, at.size))
-    for middle, width, here in zip(s, widths, np.stack([0 * p, q, p], axis=1), strict=True):
-        u += np.einsum("ijk,j->ik", space.ics(Patch(1e4 * a, width / 2), 0.0, at - middle), here)
-    rise = u[N] - u[N, 0] + CURVATURE * at**2 / 2
-    np.testing.assert_allclose(rise, 0, atol=1e-4 * CURVATURE * a**2)
-    coefficient = u[S, -1] / at[-1] ** 2
-    assert np.sign(coefficient) == -np.sign(beta)
-    np.testing.assert_allclose(u[S], coefficient * at * np.abs(at), atol=1e-4 * CURVATURE * a**2)
-    assert not np.any(contact.tractions(LOAD, 1.01 * a))
-
-
-@each_beta
-def test_a_line_that_sticks_element_by_element_agrees(beta):
-    """Each step brings one more element on either side to contact: increments without slip, as on a punch."""
-    n, half = 81, 40  # elements, and those on one side at the end
-    s = np.arange(n) - n // 2  # widths of 1
-    lags = bodies(beta).ics(Patch(1e5, 0.5), 0.0, np.arange(n))[1:, 1:]
-    ics = np.moveaxis(lags[..., np.abs(s[:, None] - s)], (0, 1), (0, 2)).copy()  # (i, I, j, J)
-    turned = s[:, None] < s
-    ics[0, :, 1][turned] *= -1
-    ics[1, :, 0][turned] *= -1
-    p, gap = np.zeros((2, n)), CURVATURE * s**2 / 2.0
-    for width in range(1, half + 1):
-        inside = np.abs(s) < width
-        size = 2 * width - 1
-        block = ics[:, inside][..., inside].reshape(2 * size, 2 * size)
-        rigid = np.repeat([0.0, 1.0], size)
-        punch = np.zeros((2, n))
-        punch[:, inside] = np.linalg.solve(block, rigid).reshape(2, size)
-        place = n // 2 + width  # the next element: so much more approach that its gap closes
-        left = 1 - (ics[1, place] * punch).sum()
-        approach, lifted = ((ics[1, at] * p).sum() for at in (n // 2, place))
-        p += (gap[place] + lifted - approach) / left * punch
-    load = p[1].sum()
-    contact = StickingLine(LineContact(CURVATURE, 1000.0), beta)
-    assert contact.half_width(load) == pytest.approx(half, rel=0.01)
-    expected = np.array(contact.tractions(load, s))
-    middle = np.abs(s) < 0.8 * half
-    np.testing.assert_allclose(p[1, middle], expected[0, middle], rtol=0.02)
-    np.testing.assert_allclose(p[0, middle], expected[1, middle], atol=0.02 * np.max(expected[0]))
 
 
 @each_beta
@@ -132,9 +77,7 @@ def test_the_integrals_are_those_by_parts(beta):
         return np.cos(epsilon * np.log((1 + t) / (1 - t)))
 
     of_point, _ = quad(lambda angle: np.sin(angle) * np.cos(angle) * turned(np.sin(angle)), 0, np.pi / 2)
-    of_line, _ = quad(lambda angle: np.sin(angle) * turned(np.sin(angle)), 0, np.pi / 2)
     assert point(beta).approach_ratio == pytest.approx(1 / (2 * of_point), rel=1e-7)
-    assert line(beta).load_ratio == pytest.approx(1 / of_line, rel=1e-7)
 
 
 def test_beta_is_that_of_the_combined_constants():
@@ -153,22 +96,17 @@ def test_no_mismatch_gives_hertz():
     p, q = contact.tractions(LOAD, r)
     np.testing.assert_allclose(p, hertz.pressure(r, 0.0), rtol=1e-10)
     assert not np.any(q)
-    p, q = line(0.0).tractions(LOAD, r)
-    np.testing.assert_allclose(p, LineContact(CURVATURE, 1000.0).pressure(LOAD, r), rtol=1e-10)
-    assert not np.any(q)
 
 
 def test_exchanged_bodies_reverse_the_tangential_tractions():
-    for contact, other in ((point(0.4), point(-0.4)), (line(0.4), line(-0.4))):
-        (p, q), (p_other, q_other) = (c.tractions(LOAD, [0.1, 0.5, 1.0]) for c in (contact, other))
-        np.testing.assert_allclose(p, p_other, rtol=1e-12)
-        np.testing.assert_allclose(q, -q_other, rtol=1e-12)
+    (p, q), (p_other, q_other) = (point(beta).tractions(LOAD, [0.1, 0.5, 1.0]) for beta in (0.4, -0.4))
+    np.testing.assert_allclose(p, p_other, rtol=1e-12)
+    np.testing.assert_allclose(q, -q_other, rtol=1e-12)
 
 
-@pytest.mark.parametrize("contact", [point(0.4), line(0.4)])
-def test_tractions_are_smooth_in_the_middle(contact):
+def test_tractions_are_smooth_in_the_middle():
     """q is r ln(r), and 0 in the centre itself."""
-    p, q = contact.tractions(LOAD, [0.0, 1e-8, 1e-4])
+    p, q = point(0.4).tractions(LOAD, [0.0, 1e-8, 1e-4])
     np.testing.assert_allclose(p, p[0], rtol=1e-3)
     assert not q[0]
     assert 0 < q[1] < q[2] < 1e-3 * p[0]
@@ -176,7 +114,7 @@ def test_tractions_are_smooth_in_the_middle(contact):
 
 def test_input_outside_the_validity_is_refused():
     with pytest.raises(WrongInput, match=r"beta = 0\.6: must lie in -0\.5 \.\.\. 0\.5"):
-        line(0.6)
+        point(0.6)
     with pytest.raises(WrongInput, match=r"curvature = 0\.0: must be positive"):
         StickingPoint(0.0, 1000.0, 0.1)
     with pytest.raises(WrongInput, match=r"load = -1\.0: must be positive"):

@@ -118,19 +118,6 @@ def test_where_all_slides_along_x_each_strip_bears_its_own_friction():
     assert borne < 0.9 * problem.friction * np.sum(strips)
 
 
-def test_a_step_between_two_strips_bounds_tractions_on_each_side():
-    wheel = paraboloids(20, 18)
-    factor = np.where(np.arange(18) < 8, 1.0, 0.3)
-    contact = rolled(replace(wheel, factor=factor), Creepages(1.2e-3))
-    bound = wheel.friction * contact.p[..., N]
-    slides = contact.in_contact & ~contact.stick
-    for side, share in ((np.s_[:, :8], 1.0), (np.s_[:, 8:], 0.3)):
-        assert np.count_nonzero(slides[side]) > 5
-        np.testing.assert_allclose(tangential(contact)[side][slides[side]], share * bound[side][slides[side]])
-        assert np.all(tangential(contact)[side] <= share * bound[side] + 1e-6 * bound.max())
-    assert np.any(contact.stick[:, :8])
-
-
 def test_mirrored_bodies_have_mirrored_tractions():
     """The law is that of both sides: the contact of the mirrored groove lies on the other one."""
     here = rolled(with_law(GROOVE))

@@ -1,10 +1,13 @@
 """Forces that friction can supply, against closed forms and by brute force over directions of amplitudes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from femic.contact.friction.coulomb import attainable_factor, require_attainable
-from geometries.errors import Failure
+from femic.contact.friction import coulomb
+from femic.contact.friction.coulomb import ForcesBeyondFriction, attainable_factor
+from tests.femic.contact.friction.laws import with_forces
 
 BOUND = np.random.default_rng(0).uniform(0.0, 2.0, (9, 8)) - 0.4
 BOUND[BOUND < 0] = 0.0
@@ -96,15 +99,11 @@ def test_one_element_bears_no_moment_of_its_own():
 
 
 def test_forces_beyond_friction_are_refused():
-    most = BOUND.sum()
-    require_attainable(np.array([ALONG]), BOUND, np.array([0.999 * most]))
-    for force in (most, 2.0 * most, -2.0 * most):
+    problem = with_forces([0.0, 0.0])
+    most = problem.bound.sum()
+    for share in (1.0001, 2.0, -2.0):
+        free = replace(problem.free, targets=np.array([share * most, 0.0]))
         with pytest.raises(
-            Failure, match=r"prescribed forces exceed what friction can supply: .* no more than"
+            ForcesBeyondFriction, match=r"prescribed forces exceed what friction can supply: .* no more than"
         ):
-            require_attainable(np.array([ALONG]), BOUND, np.array([1.0001 * force]))
-
-
-def test_forces_that_take_all_friction_are_refused():
-    with pytest.raises(Failure, match="they may be no more than 1 times as large"):
-        require_attainable(np.ones((1, 4, 2, 1)) * [1.0, 0.0], np.ones((4, 2)), np.array([8.0]))
+            coulomb.tractions(replace(problem, free=free))

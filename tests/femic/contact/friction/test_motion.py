@@ -161,10 +161,9 @@ def test_on_coarser_elements_fields_are_means_and_forces_stay():
     np.testing.assert_allclose(block_mean(fine(coarse)), coarse)
     np.testing.assert_allclose(block_mean(W)[1, 2], W[2:4, 4:6].mean(axis=(0, 1)))
     weights, p = RANDOM.normal(size=(8, 6, 3)), RANDOM.normal(size=(4, 3, 3))
-    free = FreeSlip(W, weights, 3.0)
-    assert np.sum(free.coarsened.weights * p) == pytest.approx(np.sum(weights * fine(p)))
-    assert free.coarsened.force == 3.0
-    rolling = SteadyRolling(W, (free,), dx=DX, order=1).coarsened()
+    rolling = SteadyRolling(W, (FreeSlip(W, weights, 3.0),), dx=DX, order=1).coarsened()
+    assert np.sum(rolling.free[0].weights * p) == pytest.approx(np.sum(weights * fine(p)))
+    assert rolling.free[0].force == 3.0
     assert (rolling.dx, rolling.order) == (2 * DX, 1)
     np.testing.assert_array_equal(rolling.rigid, block_mean(W))
     np.testing.assert_array_equal(rolling.free_slips[0], block_mean(W))
