@@ -6,7 +6,7 @@ from cyclopts import Parameter
 
 from femic.cli.progress import terminal
 from femic.cli.work import DEFAULT_WORK, SceneName, Work, announce
-from femic.contact.finite_elements.fineness import CELLS, require_enough
+from femic.contact.finite_elements import CELLS, require_enough
 from femic.lazy import lazy_imports
 from femic.scenes.load import load_scene
 

@@ -138,7 +138,7 @@ def test_forces_beyond_the_curve_are_refused():
     of = rolls(friction=[0.3], ics=["A"], longitudinal=[0.0, 5e-5], equal_force=0.9)
     along = path_of(of)
     with pytest.raises(Failure, match=r"F_x = .* N is beyond the curve; give further creepages"):
-        along.search_force(0.9 * along.largest, along.first())
+        along.with_force(0.9 * along.largest, [along.first()])
 
 
 def path_of(of):

@@ -24,7 +24,7 @@ def difference(level, truth, half_width):
 
     Pressures are means over the slice: they differ from side to side, as the cells do.
     """
-    s, of = np.unique(np.round(level.zone.s, 9), return_inverse=True)
+    s, of = np.unique(np.round(level.pair.s, 9), return_inverse=True)
     p = np.bincount(of, level.p) / np.bincount(of)
     inside = s < INSIDE * half_width
     return np.sqrt(np.mean((p - truth(s))[inside] ** 2)) / truth(0.0)

@@ -6,7 +6,7 @@ import pytest
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.finite_elements import coupling
 from femic.contact.finite_elements.bodies import Expected
-from femic.contact.finite_elements.coupling import couple, select_zone
+from femic.contact.finite_elements.coupling import couple
 from femic.contact.finite_elements.meshed_contact import Bodies, mesh_bodies, solved
 from femic.contact.finite_elements.result import compute_numbers
 from geometries.bodies import Body, Domain
@@ -55,8 +55,8 @@ def test_a_ball_on_a_block_converges_to_hertz(coarse):
 def coupled(meshes, half_width):
     """The coupling within a half-width [mm] of the middle."""
     x, s = meshes.lower.solid.trace.basis.mesh.p
-    zone = select_zone(meshes.lower.solid.trace, np.hypot(x, s) < half_width)
-    return couple(meshes.lower, meshes.upper, bodies().undeformed, zone)
+    near = np.flatnonzero(np.hypot(x, s) < half_width)
+    return couple(meshes.lower, meshes.upper, bodies().undeformed, near)
 
 
 def test_an_upper_surface_that_ends_too_early_is_refused():
