@@ -89,7 +89,7 @@ def _size(preconditioner: LinearOperator, residual: Array) -> float:
 
 
 def _operators(pair: CoupledBodies, active: Mask, ends: Array) -> tuple[LinearOperator, LinearOperator]:
-    """Return the matrix of the linear problem and its preconditioner; its unknowns are in parts with `ends`."""
+    """Return the matrix of the linear problem and its preconditioner, of unknowns in parts with `ends`."""
     lower, upper = pair.lower, pair.upper
     B_l, B_u, c = pair.B_lower[active], pair.B_upper[active], pair.c[active]
     B_l_T, B_u_T = B_l.T.tocsr(), B_u.T.tocsr()
