@@ -12,10 +12,9 @@ from femic.contact.finite_elements.result import compute_numbers
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
 from geometries.errors import Failure
-from geometries.materials import Material
 from geometries.surfaces import LOWER, UPPER
+from tests.femic.contact.finite_elements.ellipse import BRASS, STEEL
 
-STEEL, BRASS = Material(210e3, 0.28), Material(100e3, 0.35)
 RADIUS, LOAD, FAR = 40.0, 900.0, 15.0  # mm, N, mm
 HERTZ = PointContact(1 / RADIUS, 1 / RADIUS, combined_modulus(STEEL, BRASS)).at_load(LOAD)
 ALL_ROUND = np.pi * RADIUS
