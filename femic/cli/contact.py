@@ -8,7 +8,7 @@ from cyclopts import Parameter
 from femic.cache import folders
 from femic.cli.progress import terminal
 from femic.cli.work import DEFAULT_WORK, SceneName, Work, announce, print_warnings
-from femic.contact.finite_elements.fineness import CELLS, require_enough
+from femic.contact.finite_elements import CELLS, require_enough
 from femic.lazy import lazy_imports
 from femic.scenes.contact import StressTable
 from femic.scenes.ic_names import AUTO, MAP, is_map

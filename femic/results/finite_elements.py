@@ -15,7 +15,7 @@ import xarray as xr
 from femic.cache.digests import results_digest
 from femic.cache.store import Store
 from femic.contact.datasets import S
-from femic.contact.finite_elements.fineness import CELLS, require_enough
+from femic.contact.finite_elements import CELLS, require_enough
 from femic.contact.finite_elements.meshed_contact import rigid_compliance, supported_bodies
 from femic.contact.finite_elements.result import FEContact, fe_contact
 from femic.reference.run_options import DEFAULT, RunOptions

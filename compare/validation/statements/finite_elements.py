@@ -18,7 +18,7 @@ from compare.report.charts import Curve, Panel, make_curves
 from compare.report.looks import ics_symbol
 from compare.validation.statements.frame import SATISFACTORY, Measure, Statement, below
 from compare.validation.statements.runs import Contacts, Runs
-from femic.contact.finite_elements.fineness import FEWEST
+from femic.contact.finite_elements import FEWEST
 from femic.contact.pairs.ics import C
 from femic.results.contact import case_names, pressures
 from femic.results.finite_elements import APPROACH, FE, OF_PATCH, OF_PLACE

@@ -9,7 +9,7 @@ import xarray as xr
 from approx.effective import EffectiveProperties
 from approx.variants import VARIANTS
 from compare.validation.statements.contact_series import ContactSeries
-from femic.contact.finite_elements.fineness import CELLS
+from femic.contact.finite_elements import CELLS
 from femic.contact.pairs.ics import NONE_GIVEN, GivenICs
 from femic.reference.run_options import RunOptions
 from femic.results.calibration import calibrate

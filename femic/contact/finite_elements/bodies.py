@@ -79,7 +79,9 @@ def meshed(body: Body, expected: Expected, cells: float, *, half_section: bool) 
     """
     smallest = min(expected.a, expected.b) / cells
     patch = _covering(expected, SPACING * smallest, half_section)
-    crown = _crown(expected, body.xi_end, half_section)
+    end = body.xi_end
+    x = np.geomspace(expected.a, end, max(2, round(np.log(end / expected.a) / np.log(STRETCH))))
+    crown = np.stack([x, np.full_like(x, 0.0 if half_section else sum(expected.s) / 2)])  # to the body's end
     focus = Focus(body.surface.position(*patch), body.surface.position(*np.hstack([patch, crown])))
     size = Cells(smallest, GROWTH / cells, ALONG * GROWTH / cells)
     for factor in OTHER_SIZES:
@@ -97,12 +99,6 @@ def meshed(body: Body, expected: Expected, cells: float, *, half_section: bool) 
         else:
             break
     return elastic(assemble(solid))
-
-
-def _crown(expected: Expected, end: float, half_section: bool) -> Array:
-    """Return points (x, s) [mm] along the crown from the edge of the patch to the end of the body, (2, n)."""
-    x = np.geomspace(expected.a, end, max(2, round(np.log(end / expected.a) / np.log(STRETCH))))
-    return np.stack([x, np.full_like(x, 0.0 if half_section else sum(expected.s) / 2)])
 
 
 def _covering(expected: Expected, spacing: float, half_section: bool) -> Array:

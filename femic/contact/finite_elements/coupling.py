@@ -20,17 +20,20 @@ are integrated exactly. An overlap is convex: the triangles from its middle to i
 """
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
+from scipy.linalg import eigh
 from scipy.sparse import csr_matrix, diags_array, hstack
 from skfem import MeshTri
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTri
 
+from femic.contact.exact.hertz import combined_modulus
 from femic.contact.finite_elements.bodies import Elastic
 from femic.contact.undeformed import Undeformed
 from femic.reference.solid.mesh import Trace
-from geometries.arrays import Array, Indices, Mask
+from geometries.arrays import Array, Indices
 from geometries.errors import Failure
 
 # --- overlaps of two triangulations ---
@@ -40,19 +43,16 @@ ROUNDING = 1e-12  # of barycentric coordinates
 SMALLEST = 1e-14  # area of a part that counts, as a share of that of the triangle
 
 
-@dataclass(frozen=True, eq=False)
-class Quadrature:
-    """Points (2, n) and weights (n,) on overlaps; the triangle of each mesh in which each lies, (n,)."""
+def overlaps(first: Array, second: Array) -> tuple[Array, Array, Indices, Indices]:
+    """Quadrature on the overlaps of triangles with the corners first (2, 3, n) and second (2, 3, m).
 
-    points: Array
-    weights: Array
-    of_first: Indices
-    of_second: Indices
-
-
-def overlaps(first: Array, second: Array) -> Quadrature:
-    """Quadrature on the overlaps of triangles with the corners first (2, 3, n) and second (2, 3, m)."""
-    i, j = _near(first, second)
+    Returns points (2, k), weights (k,), and the triangle of each mesh in which each point lies, (k,).
+    """
+    (low_1, high_1), (low_2, high_2) = ((t.min(axis=1), t.max(axis=1)) for t in (first, second))
+    near = np.ones((first.shape[2], second.shape[2]), dtype=bool)  # whose bounding boxes overlap
+    for d in range(2):
+        near &= (low_1[d][:, None] <= high_2[d]) & (low_2[d] <= high_1[d][:, None])
+    i, j = np.nonzero(near)
     corners = _corners(first[:, :, i], second[:, :, j])  # (2, 15, n_pairs), nan where there is none
     parts, pair = _parts(corners)  # (2, 3, n_parts)
     area = np.abs(_cross(parts[:, 1] - parts[:, 0], parts[:, 2] - parts[:, 0])) / 2
@@ -63,7 +63,7 @@ def overlaps(first: Array, second: Array) -> Quadrature:
     shares = np.stack([1 - local.sum(axis=0), *local])  # (3, n_q)
     points = np.einsum("dcn,cq->dnq", parts, shares).reshape(2, -1)
     pair = np.repeat(pair, len(weights))
-    return Quadrature(points, np.outer(area, 2 * weights).ravel(), i[pair], j[pair])
+    return points, np.outer(area, 2 * weights).ravel(), i[pair], j[pair]
 
 
 def barycentric(corners: Array, points: Array) -> Array:
@@ -80,31 +80,19 @@ def _cross(a: Array, b: Array) -> Array:
     return np.asarray(a[0] * b[1] - a[1] * b[0])
 
 
-def _near(first: Array, second: Array) -> tuple[Indices, Indices]:
-    """Return numbers of the pairs of triangles whose bounding boxes overlap, (n_pairs,) each."""
-    (low_1, high_1), (low_2, high_2) = ((t.min(axis=1), t.max(axis=1)) for t in (first, second))
-    near = np.ones((first.shape[2], second.shape[2]), dtype=bool)
-    for d in range(2):
-        near &= (low_1[d][:, None] <= high_2[d]) & (low_2[d] <= high_1[d][:, None])
-    i, j = np.nonzero(near)
-    return i, j
-
-
 def _corners(first: Array, second: Array) -> Array:
-    """Corners of the overlaps of pairs of triangles (2, 3, n), shape (2, 15, n), nan for missing ones."""
-    inner = [_inside(first, second), _inside(second, first)]
-    crossings = [
-        _crossing(first[:, [k, (k + 1) % 3]], second[:, [m, (m + 1) % 3]])[:, None]
-        for k in range(3)
-        for m in range(3)
-    ]
-    return np.concatenate([*inner, *crossings], axis=1)
+    """Corners of the overlaps of pairs of triangles (2, 3, n), shape (2, 15, n), nan for missing ones.
 
-
-def _inside(corners: Array, triangles: Array) -> Array:
-    """Return the corners (2, 3, n) that lie in the triangles (2, 3, n); nan for the others."""
-    shares = np.stack([barycentric(triangles, corners[:, k]) for k in range(3)], axis=1)  # (3, corner, n)
-    return np.where(np.all(shares >= -ROUNDING, axis=0), corners, np.nan)
+    They are the corners of one triangle that lie in the other, and the places in which sides cross.
+    """
+    found = []
+    for own, other in ((first, second), (second, first)):
+        shares = np.stack([barycentric(other, own[:, k]) for k in range(3)], axis=1)  # (3, corner, n)
+        found.append(np.where(np.all(shares >= -ROUNDING, axis=0), own, np.nan))
+    for k, m in product(range(3), repeat=2):
+        crossing = _crossing(first[:, [k, (k + 1) % 3]], second[:, [m, (m + 1) % 3]])
+        found.append(crossing[:, None])
+    return np.concatenate(found, axis=1)
 
 
 def _crossing(a: Array, b: Array) -> Array:
@@ -142,66 +130,81 @@ ROOM = 0.1  # around the part of the upper surface opposite the zone, as a share
 
 
 @dataclass(frozen=True, eq=False)
-class Zone:
-    """The vertices of the lower surface at which pressures are sought, (m,): where contact is possible."""
+class CoupledBodies:
+    """Two bodies, their weighted gaps g = h - zeta c + B_upper u_upper - B_lower u_lower, integrals of psi.
 
-    vertices: Indices  # among those of the trace
-    x: Array  # [mm]
-    s: Array  # [mm]
-
-
-@dataclass(frozen=True, eq=False)
-class Coupling:
-    """Weighted gaps g = h - zeta c + upper u_upper - lower u_lower, and integrals of the functions psi.
-
-    Everything on the modelled part of the bodies. Held components have no entries. What pressures p do as a
-    whole is the sum of p times an integral: the vertical force c.p, the lateral one sine.p.
+    Pressures are sought at m vertices of the lower surface. Everything is on the modelled part of the bodies.
+    Held components have no entries. What pressures p do as a whole is the sum of p times an integral: the
+    vertical force c.p, the lateral one sine.p.
     """
 
-    zone: Zone
-    lower: csr_matrix  # (m, unknowns of the lower body) [mm^2]
-    upper: csr_matrix
+    lower: Elastic
+    upper: Elastic
+    vertices: Indices  # (m,), among those of the trace of the lower body
+    x: Array  # (m,) places of the vertices [mm]
+    s: Array  # (m,) [mm]
+    B_lower: csr_matrix  # (m, unknowns of the lower body) [mm^2]
+    B_upper: csr_matrix
     h: Array  # (m,) undeformed gap [mm^3]
     c: Array  # (m,) of cos(delta) [mm^2]
     sine: Array  # (m,) of sin(delta) [mm^2]
     arm: Array  # (m,) of the lever arm of the normal about the x axis through the contact centre [mm^3]
     of_s: Array  # (m,) of the arc length [mm^3]
     area: Array  # (m,) of the functions themselves [mm^2]
-    slopes: csr_matrix  # (m, m) of the products of the gradients of the hat functions
+    roughness: Array  # (m, m) [N^2 / (N mm) per MPa^2]: approximate inverse of the weighted compliance
+
+    def gap(self, u_lower: Array, u_upper: Array, approach: float) -> Array:
+        """Weighted gaps [mm^3], shape (m,), at displacements and an approach [mm]."""
+        return np.asarray(self.h - approach * self.c + self.B_upper @ u_upper - self.B_lower @ u_lower)
 
 
-def select_zone(trace: Trace, selected: Mask) -> Zone:
-    """Return the vertices of a surface that are `selected`, (n_vertices,)."""
-    vertices = np.flatnonzero(selected)
-    return Zone(vertices, *trace.basis.mesh.p[:, vertices])
+def couple(lower: Elastic, upper: Elastic, undeformed: Undeformed, vertices: Indices) -> CoupledBodies:
+    """Couple two bodies at vertices (m,) of the lower surface, at which pressures are sought.
 
-
-def couple(lower: Elastic, upper: Elastic, undeformed: Undeformed, zone: Zone) -> Coupling:
-    """Couple two bodies in a zone; raises Failure where the zone is not opposite the upper surface."""
-    lower_mesh, upper_mesh = lower.solid.trace.basis.mesh, upper.solid.trace.basis.mesh
-    first = np.flatnonzero(np.isin(lower_mesh.t, zone.vertices).any(axis=0))
-    second = _opposite(undeformed, lower_mesh.p[:, np.unique(lower_mesh.t[:, first])], upper_mesh)
+    Raises Failure where these are not opposite the upper surface, or opposite several points of it.
+    """
+    trace, upper_mesh = lower.solid.trace, upper.solid.trace.basis.mesh
+    mesh, contour = trace.basis.mesh, undeformed.lower.contour
+    first = np.flatnonzero(np.isin(mesh.t, vertices).any(axis=0))
+    second = _opposite(undeformed, mesh.p[:, np.unique(mesh.t[:, first])], upper_mesh)
     projected = on_lower(undeformed, upper_mesh.p)
-    quadrature = overlaps(lower_mesh.p[:, lower_mesh.t[:, first]], projected[:, upper_mesh.t[:, second]])
-    of_lower, of_upper, points = first[quadrature.of_first], second[quadrature.of_second], quadrature.points
-    _check_covered(lower.solid.trace, first, quadrature.weights)
+    points, weights, in_first, in_second = overlaps(
+        mesh.p[:, mesh.t[:, first]], projected[:, upper_mesh.t[:, second]]
+    )
+    whole, covered = float(trace.basis.dx[first].sum()), float(weights.sum())
+    if not covered >= (1 - COVERED) * whole:
+        raise Failure(
+            f"potential contact area: {covered:g} of {whole:g} mm^2 lie opposite the upper surface; "
+            "give a larger `far_radius`, or a smaller load"
+        )
+    if covered > (1 + COVERED) * whole:
+        raise Failure(
+            f"potential contact area: {covered - whole:g} of {whole:g} mm^2 are opposite several points of "
+            "the upper surface; give a smaller load, or contours that end earlier"
+        )
     distance = undeformed.distance(*points)
-    normal = np.stack([np.zeros(points.shape[1]), *undeformed.lower.contour.normal(points[1])])
-    y, z = undeformed.lower.contour.position(points[1])
-    duals = _duals(lower.solid.trace, of_lower, points, zone.vertices)
-    weighted = csr_matrix(duals.T @ diags_array(quadrature.weights))  # (m, n)
-    at_upper = on_upper(undeformed, points, distance)
-    return Coupling(
-        zone,
-        _against(weighted, normal, lower, of_lower, points),
-        _against(weighted, normal, upper, of_upper, at_upper),
+    normal = np.stack([np.zeros(points.shape[1]), *contour.normal(points[1])])
+    y, z = contour.position(points[1])
+    own = mesh.t[:, first[in_first]]
+    duals = _rows(4 * barycentric(mesh.p[:, own], points) - 1, own, mesh.nvertices)[:, vertices]
+    weighted = csr_matrix(duals.T @ diags_array(weights))  # (m, n)
+    area = np.asarray(weighted.sum(axis=1)).ravel()
+    modulus = combined_modulus(lower.solid.body.material, upper.solid.body.material)
+    return CoupledBodies(
+        lower,
+        upper,
+        vertices,
+        mesh.p[0, vertices],
+        mesh.p[1, vertices],
+        _against(weighted, normal, lower, first[in_first], points),
+        _against(weighted, normal, upper, second[in_second], on_upper(undeformed, points, distance)),
         weighted @ distance,
         weighted @ normal[2],
         weighted @ normal[1],
         weighted @ (y * normal[2] - z * normal[1]),
         weighted @ points[1],
-        np.asarray(weighted.sum(axis=1)).ravel(),
-        _slopes(lower.solid.trace, first, zone.vertices),
+        area,
+        _roughness(trace, first, vertices, area, modulus),
     )
 
 
@@ -238,34 +241,6 @@ def _opposite(undeformed: Undeformed, points: Array, upper: MeshTri) -> Indices:
     return np.flatnonzero(~apart.any(axis=0))
 
 
-def _check_covered(trace: Trace, triangles: Indices, weights: Array) -> None:
-    """Raise Failure where the overlaps leave out a part of the lower surface, or cover some of it twice."""
-    whole, covered = float(trace.basis.dx[triangles].sum()), float(weights.sum())
-    if not covered >= (1 - COVERED) * whole:
-        raise Failure(
-            f"potential contact area: {covered:g} of {whole:g} mm^2 lie opposite the upper surface; "
-            "give a larger `far_radius`, or a smaller load"
-        )
-    if covered > (1 + COVERED) * whole:
-        raise Failure(
-            f"potential contact area: {covered - whole:g} of {whole:g} mm^2 are opposite several points of "
-            "the upper surface; give a smaller load, or contours that end earlier"
-        )
-
-
-def _duals(trace: Trace, triangles: Indices, points: Array, vertices: Indices) -> csr_matrix:
-    """Return the functions psi of some vertices at points (2, n) in triangles (n,), shape (n, m)."""
-    mesh = trace.basis.mesh
-    values = 4 * barycentric(mesh.p[:, mesh.t[:, triangles]], points) - 1
-    return _rows(values, mesh.t[:, triangles], mesh.nvertices)[:, vertices]
-
-
-def _quadratic(shares: Array) -> Array:
-    """Return the quadratic functions at barycentric coordinates (3, n), (6, n): of vertices, of edges."""
-    edges = [4 * shares[i] * shares[j] for i, j in ((0, 1), (1, 2), (0, 2))]
-    return np.stack([*(shares * (2 * shares - 1)), *edges])
-
-
 def _rows(values: Array, columns: Indices, n_columns: int) -> csr_matrix:
     """Return a matrix (n, n_columns) with some values per row, shape (k, n) like their columns."""
     n = values.shape[1]
@@ -277,24 +252,32 @@ def _against(weighted: csr_matrix, normal: Array, body: Elastic, triangles: Indi
     """Integrals of the functions psi times u.n, shape (m, unknowns), from chart points `at` (2, n)."""
     trace = body.solid.trace
     shares = barycentric(trace.basis.mesh.p[:, trace.basis.mesh.t[:, triangles]], at)
+    edges = [4 * shares[i] * shares[j] for i, j in ((0, 1), (1, 2), (0, 2))]
+    quadratic = np.stack([*(shares * (2 * shares - 1)), *edges])  # functions of vertices, of edges; (6, n)
     nodes = trace.nodes[trace.basis.element_dofs[:, triangles]]
-    values = _rows(_quadratic(shares), nodes, body.solid.nodes.shape[1])
+    values = _rows(quadratic, nodes, body.solid.nodes.shape[1])
     blocks = hstack([weighted @ diags_array(n) @ values for n in normal], format="csc")
     by_node = np.arange(blocks.shape[1]).reshape(3, -1).T.ravel()  # x of all nodes, y, z: to x, y, z by node
     return csr_matrix(blocks[:, by_node] @ diags_array(np.where(body.held.ravel(), 0.0, 1.0)))
 
 
-def _slopes(trace: Trace, triangles: Indices, vertices: Indices) -> csr_matrix:
-    """Integrals of the products of the gradients of hat functions over some triangles, shape (m, m)."""
+def _roughness(trace: Trace, triangles: Indices, vertices: Indices, area: Array, modulus: float) -> Array:
+    """Approximate inverse of the weighted compliance: (E*/2) times the root of -Laplace + 1/size^2; (m, m).
+
+    Waves of pressure of wavenumber k displace a surface by 2 p / (E* k), however it is shaped as long as
+    they are short. It only preconditions: results do not depend on it.
+    """
     mesh = trace.basis.mesh
     corners = mesh.p[:, mesh.t[:, triangles]]  # (2, 3, n)
     sides = np.roll(corners, -1, axis=1) - np.roll(corners, -2, axis=1)
-    area = trace.basis.dx[triangles].sum(axis=1)
-    products = np.einsum("din,djn->ijn", sides, sides) / (4 * area)
+    size = trace.basis.dx[triangles].sum(axis=1)
+    products = np.einsum("din,djn->ijn", sides, sides) / (4 * size)  # of the gradients of hat functions
     i, j = (
         np.broadcast_to(mesh.t[:, triangles][index], products.shape)
         for index in (np.s_[:, None], np.s_[None])
     )
     n = mesh.nvertices
     matrix = csr_matrix((products.ravel(), (i.ravel(), j.ravel())), shape=(n, n))
-    return csr_matrix(matrix[vertices][:, vertices])
+    squares, waves = eigh(matrix[vertices][:, vertices].toarray(), np.diag(area))
+    least = 1 / float(area.sum())
+    return np.asarray((waves * (modulus / 2 * np.sqrt(np.maximum(squares, 0) + least))) @ waves.T)

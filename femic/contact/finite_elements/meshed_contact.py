@@ -21,13 +21,8 @@ import numpy as np
 from scipy.interpolate import LinearNDInterpolator
 
 from femic.contact.finite_elements.bodies import Elastic, Expected, meshed
-from femic.contact.finite_elements.coupling import Zone, couple, on_upper, select_zone
-from femic.contact.finite_elements.saddle import (
-    ActiveSetSolution,
-    CoupledBodies,
-    coupled_bodies,
-    solve_active_set,
-)
+from femic.contact.finite_elements.coupling import CoupledBodies, couple, on_upper
+from femic.contact.finite_elements.saddle import ActiveSetSolution, solve_active_set
 from femic.contact.pairs.ics import c_job
 from femic.contact.pairs.pair_on_grid import undeformed_surfaces
 from femic.contact.specification import ContactProblem
@@ -35,7 +30,7 @@ from femic.contact.undeformed import Undeformed
 from femic.reference.discount import FZ
 from femic.reference.matrix.reference import matrices
 from femic.reference.run_options import DEFAULT, RunOptions
-from geometries.arrays import Array, Mask
+from geometries.arrays import Array
 from geometries.bodies import Body, Domain
 from geometries.errors import Failure
 from geometries.patches import Grid
@@ -93,11 +88,6 @@ class Meshes:
     upper: Elastic
     seconds: float
 
-    @property
-    def reach(self) -> float:
-        """How far contact is sought, in half-lengths of the expected patch."""
-        return ZONE + BEYOND / self.cells
-
 
 @dataclass(frozen=True, eq=False)
 class MeshedContact:
@@ -111,82 +101,71 @@ class MeshedContact:
     seconds: float
 
     @property
-    def zone(self) -> Zone:
-        """The vertices at which pressures are known."""
-        return self.pair.coupling.zone
-
-    @property
     def p(self) -> Array:
-        """Pressures [MPa] at the vertices of the zone, (m,); linear between them."""
+        """Pressures [MPa] at the vertices of `pair`, (m,); linear between them."""
         return np.where(self.solution.active, self.solution.state.p, 0.0)
 
     @property
     def gap(self) -> Array:
         """Gaps [mm] along the normals, means about the vertices, (m,); 0 in contact."""
-        gap = self.pair.gap(self.solution.state) / self.pair.coupling.area
+        state = self.solution.state
+        gap = self.pair.gap(state.u_lower, state.u_upper, state.approach) / self.pair.area
         return np.where(self.solution.active, 0.0, gap)
 
     @property
     def spacing(self) -> float:
         """Mean distance [mm] of vertices in contact."""
-        return float(np.sqrt(np.mean(self.pair.coupling.area[self.solution.active])))
+        return float(np.sqrt(np.mean(self.pair.area[self.solution.active])))
 
     @property
     def a(self) -> float:
         """Half-length of the patch along x [mm]."""
-        return self._end(self.zone.x, self.zone.s, symmetric=self.bodies.half_section)
+        return self._end(self.pair.x, self.pair.s, symmetric=self.bodies.half_section)
 
     @property
     def s_range(self) -> tuple[float, float]:
         """Arc lengths [mm] of the lower contour at which the patch ends."""
-        high = self._end(self.zone.s, self.zone.x, symmetric=True)
+        high = self._end(self.pair.s, self.pair.x, symmetric=True)
         if self.bodies.half_section:
             return -high, high
-        return -self._end(-self.zone.s, self.zone.x, symmetric=True), high
+        return -self._end(-self.pair.s, self.pair.x, symmetric=True), high
 
     def _end(self, along: Array, across: Array, *, symmetric: bool) -> float:
-        """Return where the patch ends, by gaps beyond a joint only if there are no others."""
-        smooth, gap = self._on_smooth_surfaces, self.gap
+        """Return where the patch ends, by gaps beyond a joint only if there are no others.
+
+        The curvature jumps at a joint of a contour: gaps beyond it do not tell where the edge before it is.
+        """
+        undeformed, points = self.bodies.undeformed, np.stack([self.pair.x, self.pair.s])
+        t = on_upper(undeformed, points, undeformed.distance(*points))[1]
+        piece = np.searchsorted(undeformed.lower.contour.joints, self.pair.s)
+        piece = piece + np.searchsorted(undeformed.upper.contour.joints, t)
+        smooth, gap = np.isin(piece, piece[self.solution.active]), self.gap
         try:
             return end(along[smooth], across[smooth], gap[smooth], self.spacing, symmetric=symmetric)
         except Failure:
             return end(along, across, gap, self.spacing, symmetric=symmetric)
 
     @property
-    def _on_smooth_surfaces(self) -> Mask:
-        """Which vertices lie between the same joints of both contours as the patch, or parts of it, (m,).
-
-        The curvature jumps at a joint, so gaps beyond it do not tell where the edge before it is.
-        """
-        undeformed, s = self.bodies.undeformed, self.zone.s
-        points = np.stack([self.zone.x, s])
-        t = on_upper(undeformed, points, undeformed.distance(*points))[1]
-        piece = np.searchsorted(undeformed.lower.contour.joints, s) + np.searchsorted(
-            undeformed.upper.contour.joints, t
-        )
-        return np.asarray(np.isin(piece, piece[self.solution.active]))
-
-    @property
     def load_of_pressures(self) -> float:
         """Vertical load [N] that the pressures carry."""
-        return self._sum(self.pair.coupling.c)
+        return self._sum(self.pair.c)
 
     @property
     def lateral_force(self) -> float:
         """Force [N] of the pressures on the upper body along y; 0 where all is symmetric."""
-        return 0.0 if self.bodies.half_section else self._sum(self.pair.coupling.sine)
+        return 0.0 if self.bodies.half_section else self._sum(self.pair.sine)
 
     @property
     def moment(self) -> float:
         """Moment [N mm] of the pressures on the upper body about the x axis through the contact centre."""
-        return 0.0 if self.bodies.half_section else self._sum(self.pair.coupling.arm)
+        return 0.0 if self.bodies.half_section else self._sum(self.pair.arm)
 
     @property
     def centre_of_pressure(self) -> float:
         """Mean arc length [mm] of the pressures; 0 where all is symmetric."""
         if self.bodies.half_section:
             return 0.0
-        return self._sum(self.pair.coupling.of_s) / self._sum(self.pair.coupling.area)
+        return self._sum(self.pair.of_s) / self._sum(self.pair.area)
 
     def _sum(self, integrals: Array) -> float:
         """What the pressures on the whole bodies add up to, of integrals of the functions psi, (m,)."""
@@ -208,72 +187,62 @@ class MeshedContact:
     @property
     def patch(self) -> Expected:
         """The patch found, for which finer meshes are made: half a spacing beyond the outermost vertices."""
-        x, s = (along[self.solution.active] for along in (self.zone.x, self.zone.s))
+        x, s = (along[self.solution.active] for along in (self.pair.x, self.pair.s))
         half = self.spacing / 2
         low = -s.max() if self.bodies.half_section else s.min()
         return Expected(float(x.max()) + half, (float(low) - half, float(s.max()) + half))
 
-    def pressed_at(self, x: Array, s: Array) -> Mask:
-        """Return whether pressures are positive at points (n,), from linear interpolation."""
-        return np.asarray(
-            LinearNDInterpolator(np.stack([self.zone.x, self.zone.s], 1), self.p, 0.0)(x, s) > 0
-        )
-
 
 def mesh_bodies(bodies: Bodies, expected: Expected, cells: float) -> Meshes:
-    """Mesh both bodies for a patch, with `cells` cells along its shorter half-length."""
-    start, half_section = perf_counter(), bodies.half_section
-    patches = expected, opposite(bodies.undeformed, expected)
+    """Mesh both bodies for a patch, with `cells` cells along its shorter half-length.
+
+    That of the upper body has the arc lengths opposite; it is only moved where its ends are not opposite it.
+    """
+    start, undeformed = perf_counter(), bodies.undeformed
+    ends = np.stack([np.zeros(2), expected.s])
+    distance = undeformed.distance(*ends)
+    if np.all(np.isfinite(distance)):
+        low, high = on_upper(undeformed, ends, distance)[1]
+    else:
+        low, high = (s + undeformed.upper_offset for s in expected.s)
     lower, upper = (
-        meshed(body, patch, cells, half_section=half_section)
-        for body, patch in zip((bodies.lower, bodies.upper), patches, strict=True)
+        meshed(body, patch, cells, half_section=bodies.half_section)
+        for body, patch in (
+            (bodies.lower, expected),
+            (bodies.upper, Expected(expected.a, (float(low), float(high)))),
+        )
     )
     return Meshes(expected, cells, lower, upper, perf_counter() - start)
-
-
-def opposite(undeformed: Undeformed, patch: Expected) -> Expected:
-    """Return the patch in arc lengths of the upper contour; only moved where its ends are not opposite it."""
-    ends = np.stack([np.zeros(2), patch.s])
-    distance = undeformed.distance(*ends)
-    if not np.all(np.isfinite(distance)):
-        offset = undeformed.upper_offset
-        return Expected(patch.a, (patch.s[0] + offset, patch.s[1] + offset))
-    low, high = on_upper(undeformed, ends, distance)[1]
-    return Expected(patch.a, (float(low), float(high)))
 
 
 def solved(bodies: Bodies, meshes: Meshes, load: float, before: MeshedContact | None = None) -> MeshedContact:
     """Return the contact under a load [N] on some meshes; `before` is a coarser one to begin with.
 
-    Raises ZoneTooSmall where the contact is larger than expected, and Failure as `couple` and
-    `solve_active_set` do.
+    Pressures are sought near the expected patch, where surfaces may touch: on the given arc lengths, opposite
+    the upper surface. Raises ZoneTooSmall where the contact is larger than expected, and Failure as `couple`
+    and `solve_active_set` do.
     """
     start, expected = perf_counter(), meshes.expected
     x, s = meshes.lower.solid.trace.basis.mesh.p
-    zone = select_zone(
-        meshes.lower.solid.trace, (expected.radius(x, s) < meshes.reach) & _possible(bodies, x, s)
-    )
-    pair = coupled_bodies(
-        meshes.lower, meshes.upper, couple(meshes.lower, meshes.upper, bodies.undeformed, zone)
-    )
-    guess = before.pressed_at(zone.x, zone.s) if before else expected.radius(zone.x, zone.s) < 1
-    solution = solve_active_set(pair, load * bodies.share, guess, pair.at_rest())
+    reach = ZONE + BEYOND / meshes.cells  # how far contact is sought, in half-lengths of the expected patch
+    possible = (s >= bodies.s_range[0]) & (s <= bodies.s_range[1])
+    possible[possible] &= np.isfinite(bodies.undeformed.distance(x[possible], s[possible]))
+    sought = np.flatnonzero((expected.radius(x, s) < reach) & possible)
+    pair = couple(meshes.lower, meshes.upper, bodies.undeformed, sought)
+    if before is None:
+        guess = expected.radius(pair.x, pair.s) < 1
+    else:
+        vertices = np.stack([before.pair.x, before.pair.s], 1)
+        guess = LinearNDInterpolator(vertices, before.p, 0.0)(pair.x, pair.s) > 0
+    solution = solve_active_set(pair, load * bodies.share, guess)
     contact = MeshedContact(bodies, meshes, load, pair, solution, perf_counter() - start + meshes.seconds)
-    outermost = float(np.max(expected.radius(zone.x, zone.s)[solution.active]))
-    if outermost > meshes.reach - MARGIN * contact.spacing / min(expected.a, expected.b):
+    outermost = float(np.max(expected.radius(pair.x, pair.s)[solution.active]))
+    if outermost > reach - MARGIN * contact.spacing / min(expected.a, expected.b):
         raise ZoneTooSmall(
             f"contact under {load:g} N: it reaches the end of the area in which it was sought, "
-            f"{meshes.reach:g} times a = {expected.a:g}, b = {expected.b:g} mm; give a larger `expected`"
+            f"{reach:g} times a = {expected.a:g}, b = {expected.b:g} mm; give a larger `expected`"
         )
     return contact
-
-
-def _possible(bodies: Bodies, x: Array, s: Array) -> Mask:
-    """Return where surfaces may touch: on the given arc lengths, opposite the upper surface."""
-    low, high = bodies.s_range
-    within = (s >= low) & (s <= high)
-    within[within] &= np.isfinite(bodies.undeformed.distance(x[within], s[within]))
-    return np.asarray(within)
 
 
 # --- bodies of a contact problem ---
@@ -338,15 +307,11 @@ def end(along: Array, across: Array, gap: Array, spacing: float, *, symmetric: b
     of_square = np.zeros_like(x) if short else x**2
     terms = np.stack([np.ones_like(x), x, of_square, y**2, *([] if symmetric else [y])], axis=1)
     fit = np.asarray(np.linalg.lstsq(terms, gap[near] ** (2 / 3))[0], dtype=float)
-    return last + spacing * _edge(fit, width / spacing)
-
-
-def _edge(fit: Array, width: float) -> float:
-    """Return the x nearest to 0 at which a fit vanishes, at the y, |y| <= width, where it is farthest."""
-    y = np.clip(-fit[4] / (2 * fit[3]), -width, width) if len(fit) > 4 else 0.0
-    constant = fit[0] + fit[3] * y**2 + (fit[4] * y if len(fit) > 4 else 0.0)
-    roots = np.roots([fit[2], fit[1], constant])
+    farthest, linear = 0.0, 0.0 if symmetric else fit[4]
+    if not symmetric:  # the y at which the edge is farthest
+        farthest = np.clip(-linear / (2 * fit[3]), -width / spacing, width / spacing)
+    roots = np.roots([fit[2], fit[1], fit[0] + fit[3] * farthest**2 + linear * farthest])
     edges = [float(root.real) for root in roots if root.imag == 0 and abs(root) < FARTHEST]
     if not edges:
         raise Failure("edge of the patch: gaps do not fall to 0 there; more cells, or a smaller load")
-    return min(edges, key=abs)
+    return last + spacing * min(edges, key=abs)

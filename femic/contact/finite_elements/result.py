@@ -15,8 +15,8 @@ from time import perf_counter
 import numpy as np
 
 from femic.contact.exact.hertz import PointContact, combined_modulus
+from femic.contact.finite_elements import CELLS, require_enough
 from femic.contact.finite_elements.bodies import Expected
-from femic.contact.finite_elements.fineness import CELLS, require_enough
 from femic.contact.finite_elements.meshed_contact import (
     Bodies,
     MeshedContact,
@@ -47,11 +47,6 @@ class Numbers:
     F_y: float  # lateral force on the upper body
     M_x: float  # moment on it about the x axis through the contact centre [N mm]
     s_centre: float  # centre of pressure along s
-
-    def estimate(self, coarser: "Numbers", reading: float) -> "Numbers":
-        """Return estimates of the errors from coarser numbers and from the reading of an edge [mm]."""
-        a, b, angle, *others = (abs(vars(self)[name] - vars(coarser)[name]) for name in vars(self))
-        return Numbers(a + reading, b + reading, angle + reading * self.angle / self.b, *others)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,8 +92,8 @@ def fe_contact(
     fine = solved(bodies, mesh_bodies(bodies, rough.patch, cells), load, coarse)
     solution = fine.solution
     return FEContact(
-        fine.zone.x,
-        fine.zone.s,
+        fine.pair.x,
+        fine.pair.s,
         fine.p,
         fine.s_range,
         compute_numbers(fine),
@@ -135,9 +130,11 @@ def estimates(fine: MeshedContact, coarse: MeshedContact) -> Numbers:
     """Return estimates of the errors of the numbers on the finer of two pairs of meshes."""
     numbers = compute_numbers(fine)
     try:
-        return numbers.estimate(compute_numbers(coarse), READING * fine.spacing)
+        coarser, reading = compute_numbers(coarse), READING * fine.spacing
     except Failure:
-        return numbers.estimate(compute_numbers(coarse, coarse.patch), coarse.spacing / 2)
+        coarser, reading = compute_numbers(coarse, coarse.patch), coarse.spacing / 2
+    a, b, angle, *others = (abs(vars(numbers)[name] - vars(coarser)[name]) for name in vars(numbers))
+    return Numbers(a + reading, b + reading, angle + reading * numbers.angle / numbers.b, *others)
 
 
 def _on_rough_meshes(bodies: Bodies, load: float, expected: Expected) -> MeshedContact:

@@ -15,20 +15,15 @@ problem; vertices with tension leave, vertices with penetration join. Problems a
 many do.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eigh
 from scipy.sparse.linalg import LinearOperator, minres
 
 from femic.cache.workers import one_blas_thread
-from femic.contact.exact.hertz import combined_modulus
-from femic.contact.finite_elements.bodies import Elastic
-from femic.contact.finite_elements.coupling import Coupling
+from femic.contact.finite_elements.coupling import CoupledBodies
 from femic.reference.job import NotConverged
 from geometries.arrays import Array, Mask
-from geometries.materials import Material
 
 # --- given contact area ---
 
@@ -45,48 +40,6 @@ class State:
     p: Array
     approach: float
 
-    def vector(self, active: Mask) -> Array:
-        """Return the unknowns of a linear problem."""
-        return np.concatenate([self.u_lower, self.u_upper, self.p[active], [self.approach]])
-
-
-@dataclass(frozen=True, eq=False)
-class CoupledBodies:
-    """Two bodies, how they are coupled, and what preconditions the pressures."""
-
-    lower: Elastic
-    upper: Elastic
-    coupling: Coupling
-    roughness: Array  # (m, m) [N^2 / (N mm) per MPa^2]: approximate inverse of the weighted compliance
-
-    def at_rest(self) -> State:
-        """No displacement, no pressure."""
-        n, m = (self.lower.unknowns, self.upper.unknowns), len(self.coupling.h)
-        return State(np.zeros(n[0]), np.zeros(n[1]), np.zeros(m), 0.0)
-
-    def gap(self, state: State) -> Array:
-        """Weighted gaps [mm^3], shape (m,)."""
-        of = self.coupling
-        return np.asarray(of.h - state.approach * of.c + of.upper @ state.u_upper - of.lower @ state.u_lower)
-
-
-def coupled_bodies(lower: Elastic, upper: Elastic, coupling: Coupling) -> CoupledBodies:
-    """Return two coupled bodies, ready to be solved."""
-    materials = lower.solid.body.material, upper.solid.body.material
-    return CoupledBodies(lower, upper, coupling, _roughness(coupling, materials))
-
-
-def _roughness(coupling: Coupling, materials: tuple[Material, Material]) -> Array:
-    """Approximate inverse of the weighted compliance: (E*/2) times the root of -Laplace + 1/size^2.
-
-    Waves of pressure of wavenumber k displace a surface by 2 p / (E* k), however it is shaped as long as
-    they are short. It only preconditions: results do not depend on it.
-    """
-    modulus = combined_modulus(*materials)
-    squares, waves = eigh(coupling.slopes.toarray(), np.diag(coupling.area))
-    least = 1 / float(coupling.area.sum())
-    return np.asarray((waves * (modulus / 2 * np.sqrt(np.maximum(squares, 0) + least))) @ waves.T)
-
 
 def solve(
     pair: CoupledBodies, active: Mask, load: float, start: State, tolerance: float
@@ -96,11 +49,12 @@ def solve(
     `tolerance` bounds the residual over the right-hand side, both in the norm of the preconditioner, which
     is about that of energy. Raises NotConverged where it is not met in `MOST_ITERATIONS` iterations.
     """
-    matrix, preconditioner = _operators(pair, active)
+    ends = np.cumsum([pair.lower.unknowns, pair.upper.unknowns, np.count_nonzero(active)])
+    matrix, preconditioner = _operators(pair, active, ends)
     right_side = np.zeros(matrix.shape[0])
-    right_side[-1 - np.count_nonzero(active) : -1] = pair.coupling.h[active]
+    right_side[-1 - np.count_nonzero(active) : -1] = pair.h[active]
     right_side[-1] = load
-    vector = start.vector(active)
+    vector = np.concatenate([start.u_lower, start.u_upper, start.p[active], [start.approach]])
     steps: list[None] = []
     with one_blas_thread():
         bound = tolerance * _size(preconditioner, right_side)
@@ -123,7 +77,7 @@ def solve(
             )
             vector = vector + correction
             residual = right_side - matrix.matvec(vector)
-    u_lower, u_upper, p_active, approach = np.split(vector, _ends(pair, active))
+    u_lower, u_upper, p_active, approach = np.split(vector, ends)
     p = np.zeros(len(active))
     p[active] = p_active
     return State(u_lower, u_upper, p, float(approach[0])), len(steps)
@@ -134,15 +88,10 @@ def _size(preconditioner: LinearOperator, residual: Array) -> float:
     return float(np.sqrt(residual @ preconditioner.matvec(residual)))
 
 
-def _ends(pair: CoupledBodies, active: Mask) -> Array:
-    """Return where the parts of the unknowns end, but for the last."""
-    return np.cumsum([pair.lower.unknowns, pair.upper.unknowns, np.count_nonzero(active)])
-
-
-def _operators(pair: CoupledBodies, active: Mask) -> tuple[LinearOperator, LinearOperator]:
-    """Return the matrix of the linear problem, and its preconditioner."""
-    lower, upper, ends = pair.lower, pair.upper, _ends(pair, active)
-    B_l, B_u, c = pair.coupling.lower[active], pair.coupling.upper[active], pair.coupling.c[active]
+def _operators(pair: CoupledBodies, active: Mask, ends: Array) -> tuple[LinearOperator, LinearOperator]:
+    """Return the matrix of the linear problem and its preconditioner, of unknowns in parts with `ends`."""
+    lower, upper = pair.lower, pair.upper
+    B_l, B_u, c = pair.B_lower[active], pair.B_upper[active], pair.c[active]
     B_l_T, B_u_T = B_l.T.tocsr(), B_u.T.tocsr()
     inverse = pair.roughness[np.ix_(active, active)]
     stiffness = float(c @ inverse @ c)
@@ -165,10 +114,8 @@ def _operators(pair: CoupledBodies, active: Mask) -> tuple[LinearOperator, Linea
             [lower.preconditioner @ r_l, upper.preconditioner @ r_u, inverse @ r_p, r_zeta / stiffness]
         )
 
-    def operator(of: Callable[[Array], Array]) -> LinearOperator:
-        return LinearOperator((n, n), matvec=of, dtype=float)
-
-    return operator(multiplied), operator(preconditioned)
+    matrix = LinearOperator((n, n), matvec=multiplied, dtype=float)
+    return matrix, LinearOperator((n, n), matvec=preconditioned, dtype=float)
 
 
 # --- active set ---
@@ -191,16 +138,19 @@ class ActiveSetSolution:
     penetration: float  # largest mean over a hat function, as a share of the approach
 
 
-def solve_active_set(pair: CoupledBodies, load: float, active: Mask, start: State) -> ActiveSetSolution:
-    """Return the contact under a load [N] on the model, from a first guess of the vertices in contact.
+def solve_active_set(pair: CoupledBodies, load: float, active: Mask) -> ActiveSetSolution:
+    """Return the contact under a load [N] on the model, from rest and a guess of the vertices in contact.
 
     Raises NotConverged where the area still changes after `MOST_STEPS` steps.
     """
-    state, iterations, fine = start, 0, False
+    u_lower, u_upper = np.zeros(pair.lower.unknowns), np.zeros(pair.upper.unknowns)
+    state, iterations, fine = State(u_lower, u_upper, np.zeros(len(active)), 0.0), 0, False
     for step in range(1, MOST_STEPS + 1):
         state, used = solve(pair, active, load, state, FINE if fine else ROUGH)
         iterations += used
-        tension, penetration = violations(pair, active, state)
+        tension = np.where(active, -state.p / max(float(np.max(np.abs(state.p))), 1e-300), 0.0)
+        gap = pair.gap(state.u_lower, state.u_upper, state.approach) / pair.area
+        penetration = np.where(active, 0.0, -gap / max(abs(state.approach), 1e-300))
         leaving, joining = tension > TENSION, penetration > PENETRATION
         changes = int(np.count_nonzero(leaving | joining))
         if fine and not changes:
@@ -213,10 +163,3 @@ def solve_active_set(pair: CoupledBodies, load: float, active: Mask, start: Stat
         f"after {MOST_STEPS} steps (tension {tension.max():.1e} of the largest pressure, penetration "
         f"{penetration.max():.1e} of the approach). Try more `cells`, or begin with a smaller load"
     )
-
-
-def violations(pair: CoupledBodies, active: Mask, state: State) -> tuple[Array, Array]:
-    """Tension in contact over the largest pressure; penetration outside it over the approach; (m,) each."""
-    penetration = -pair.gap(state) / pair.coupling.area / max(abs(state.approach), 1e-300)
-    tension = -state.p / max(float(np.max(np.abs(state.p))), 1e-300)
-    return np.where(active, tension, 0.0), np.where(active, 0.0, penetration)

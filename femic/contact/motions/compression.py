@@ -44,7 +44,14 @@ def solve_compression(pair: pairs.PairWithFriction, friction: float, name: str) 
     changed = pairs.with_perturbed_ics(pair, friction, name, label, in_steps)
     estimates = estimate_steps(pair, problem, label, steps, changed[0] if changed else None)
     changed_steps, changed_last = changed or (steps, last)
-    larger_steps, larger_last = _on_larger_elements_and_steps(pair, problem, label) or (None, None)
+    larger = None
+    if problem.has_coarser:
+        larger = pairs.if_possible(
+            pair,
+            "not in estimates",
+            lambda: in_steps(pair, problem.coarsened, f"{label}, larger elements and steps", halves=False),
+        )
+    larger_steps, larger_last = larger or (None, None)
     unknown = dict.fromkeys(OF_COMPRESSION, np.nan)
     tables = {
         "": [step.numbers for step in steps],
@@ -62,18 +69,6 @@ def solve_compression(pair: pairs.PairWithFriction, friction: float, name: str) 
     )
     return dataset.merge(datasets.maps(pair.on_grid, last, "mm")).merge(
         datasets.varied_tractions(pair.on_grid, larger_last, changed_last.p - last.p)
-    )
-
-
-def _on_larger_elements_and_steps(
-    pair: pairs.PairWithFriction, problem: frictional_problem.FrictionalProblem, label: str
-) -> tuple[Steps, frictional.FrictionalContact] | None:
-    """Return numbers and last contact with elements and steps twice as large; None for no solution."""
-    if not problem.has_coarser:
-        return None
-    label = f"{label}, larger elements and steps"
-    return pairs.if_possible(
-        pair, "not in estimates", lambda: in_steps(pair, problem.coarsened, label, halves=False)
     )
 
 

@@ -16,10 +16,18 @@ import scipy
 from femic.contact.loading import Loading
 from femic.contact.normal import NormalContact
 from femic.contact.pairs.areas import Areas, AreasContact, AreaTooSmall
-from femic.contact.pairs.grids import hertz
+from femic.contact.pairs.grids import (
+    COARSE_MARGIN,
+    ROOM,
+    extend_grid,
+    hertz,
+    keep_on_contours,
+    round_up,
+)
 from femic.contact.pairs.pair_on_grid import RESOLVED, PairOnGrid
 from femic.contact.patch import MARGIN
 from femic.contact.undeformed import TangentPlane, Undeformed
+from geometries.arrays import Array
 from geometries.errors import Failure
 from geometries.patches import Grid
 
@@ -31,9 +39,6 @@ GROWTH = 1.1  # of an approach at which overlaps cannot bear the load, at least
 SMALL_GAP = 0.05  # between overlaps, as a share of the longer one
 LITTLE_MORE = 1.01  # of the approach at which overlaps were sought, at most
 TOO_MUCH = 0.8  # of the approach at which overlaps were sought, at least, that the contact has
-ROOM = 0.12  # beside a patch, as a share of its length, for patches by other ICs
-STEP = 8  # numbers of elements are multiples of it, for the sake of coarser grids
-COARSE_MARGIN = 2 * MARGIN + 1  # elements beside a patch, so that elements twice as large have a margin
 COUNTS = 0.01  # share of the pressures from which on a patch counts
 ACROSS = 8  # elements across patches beside the main one, at least
 OF_COARSER = 0.7  # of the change by elements twice as large: the error of p_max (`femic.contact.estimates`)
@@ -87,7 +92,7 @@ def find_patches(bodies: PairOnGrid, variant: str, load: float, roll: float) -> 
     """
     approach, low, high = max(hertz(bodies, Loading(load)).approach, 1e-9), 0.0, np.inf
     for _ in range(MOST_TRIES):
-        ranges = _merged(overlaps(bodies.undeformed, approach, roll))
+        ranges = merge_ranges(overlaps(bodies.undeformed, approach, roll), share=SMALL_GAP)
         grids = [*_coarse_grids(bodies, ranges, approach, roll)]
         try:
             contact = Areas.with_approximation(variant, bodies, grids, roll).solve(load, approach)
@@ -108,7 +113,13 @@ def find_patches(bodies: PairOnGrid, variant: str, load: float, roll: float) -> 
         elif found < TOO_MUCH * approach:
             high, approach = approach, max(1.02 * found, (low + 1.02 * found) / 2)
         else:
-            return list(_boxes(contact)), Sought(variant, load, roll, found)
+            totals = [float(np.sum(each.p)) * each.problem.grid.area for each in contact.contacts]
+            boxes = [
+                replace(box, share=box.share * own / sum(totals))
+                for (on_grid, pressed), own in zip(contact.parts, totals, strict=True)
+                for box in boxes_on_grid(on_grid.grid, pressed)
+            ]
+            return boxes, Sought(variant, load, roll, found)
     raise Failure(f"contact at {load:g} N: no approach found at which the overlaps of the bodies bear it")
 
 
@@ -118,7 +129,7 @@ def fitting_grids(bodies: PairOnGrid, boxes: Sequence[Box], elements: int, most_
     groups = [(group, elements if main in group else elements // 2) for group in _groups(boxes)]
     grids = [fitting_grid(group, across, most_strips) for group, across in groups]
     ranges = [(min(box.s[0] for box in group), max(box.s[1] for box in group)) for group, _ in groups]
-    return [_within(bodies, grid) for grid in _apart(grids, ranges)]
+    return [keep_on_contours(grid, bodies.undeformed.s_range) for grid in _apart(grids, ranges)]
 
 
 def fitting_grid(group: Sequence[Box], elements: int, most_strips: int = MOST_STRIPS) -> Grid:
@@ -131,7 +142,7 @@ def fitting_grid(group: Sequence[Box], elements: int, most_strips: int = MOST_ST
     low, high = min(box.s[0] for box in group), max(box.s[1] for box in group)
     ds = max(ds, (high - low) / (most_strips / (1 + 2 * ROOM) - 2 * COARSE_MARGIN))
     room_x, room_s = 2 * ROOM * half_x + COARSE_MARGIN * dx, ROOM * (high - low) + COARSE_MARGIN * ds
-    n_x, n_s = _rounded(2 * (half_x + room_x) / dx), _rounded((high - low + 2 * room_s) / ds)
+    n_x, n_s = round_up(2 * (half_x + room_x) / dx), round_up((high - low + 2 * room_s) / ds)
     return Grid(n_x, n_s, dx, ds, (low + high) / 2)
 
 
@@ -140,17 +151,9 @@ def longer(areas: Areas, short: AreaTooSmall) -> list[Grid]:
 
     Raises Failure where a contour ends there, or another area begins.
     """
-    grids, ends = list(areas.grids), short.short.ends
+    grids = list(areas.grids)
     grid = grids[short.number]
-    along_x = 2 * STEP if any(end.startswith("x") for end in ends) else 0
-    before, after = STEP * ("s < 0" in ends), STEP * ("s > 0" in ends)
-    grown = Grid(
-        grid.n_x + along_x,
-        grid.n_s + before + after,
-        grid.dx,
-        grid.ds,
-        grid.s + (after - before) * grid.ds / 2,
-    )
+    grown = extend_grid(grid, short.short.ends)
     others = [other.extent for number, other in enumerate(grids) if number != short.number]
     low, high = areas.on_grids[0].undeformed.s_range
     start, end = grown.extent
@@ -196,21 +199,18 @@ def refine(bodies: PairOnGrid, grids: Sequence[Grid], sought: Sought, most_strip
         except AreaTooSmall as short:
             grids = longer(areas, short)
             continue
-        finer = [_finer(contact, number, most_strips) or grid for number, grid in enumerate(grids)]
+        totals = [float(np.sum(each.p)) * each.problem.grid.area for each in contact.contacts]
+        largest = max(float(np.max(each.p)) for each in contact.contacts)
+        finer = [
+            (finer_grid(own, unresolved(contact, number), most_strips, largest) or grid)
+            if total >= COUNTS * sum(totals)
+            else grid
+            for number, (grid, own, total) in enumerate(zip(grids, contact.contacts, totals, strict=True))
+        ]
         if finer == list(grids) or sum(grid.n_x * grid.n_s for grid in finer) > MOST_ELEMENTS:
             return tuple(grids)
         grids = finer
     raise Failure(f"contact at {sought.load:g} N: no grids found that it fits")
-
-
-def _finer(contact: AreasContact, number: int, most_strips: int) -> Grid | None:
-    """Return a grid of smaller elements where an area needs them; None where not, or beyond the finest."""
-    totals = [float(np.sum(each.p)) * each.problem.grid.area for each in contact.contacts]
-    largest = max(float(np.max(each.p)) for each in contact.contacts)
-    own = contact.contacts[number]
-    if totals[number] < COUNTS * sum(totals):
-        return None
-    return finer_grid(own, unresolved(contact, number), most_strips, largest)
 
 
 def finer_grid(
@@ -232,14 +232,6 @@ def finer_grid(
     along_x, along_s = 2 if few_x else 1, 2 if few_s or rough else 1
     finer = Grid(along_x * grid.n_x, along_s * grid.n_s, grid.dx / along_x, grid.ds / along_s, grid.s)
     return None if finer == grid or finer.n_x > MOST_ALONG_X or finer.n_s > most_strips else finer
-
-
-def _boxes(contact: AreasContact) -> Iterator[Box]:
-    """Yield the patches of a contact."""
-    totals = [float(np.sum(each.p)) * each.problem.grid.area for each in contact.contacts]
-    for (on_grid, pressed), own in zip(contact.parts, totals, strict=True):
-        for box in boxes_on_grid(on_grid.grid, pressed):
-            yield replace(box, share=box.share * own / sum(totals))
 
 
 def boxes_on_grid(grid: Grid, pressed: NormalContact) -> list[Box]:
@@ -268,7 +260,7 @@ def _coarse_grids(
         room = min(low - first, last - high) / (MARGIN + 2)
         ds = max(min((last - first) / COARSE_S, room), (last - first) / MOST_COARSE)
         half_x = (1 + BESIDE / 2) * _half_length(bodies.undeformed, (low, high), approach, roll)
-        n_s = _rounded((last - first) / ds)
+        n_s = round_up((last - first) / ds)
         dx = 2 * half_x / (COARSE_X - 2 * MARGIN - 2)
         yield Grid(COARSE_X, n_s, dx, (last - first) / n_s, (first + last) / 2)
 
@@ -277,26 +269,41 @@ def _half_length(
     surfaces: Undeformed | TangentPlane, s: tuple[float, float], approach: float, roll: float
 ) -> float:
     """Return half of the length [mm] along x of an overlap."""
-    at, radius = np.linspace(*s, 129), surfaces.upper.rolling_radius
-    down, aside = approach * np.cos(roll), -approach * np.sin(roll)
+    radius, moved = surfaces.upper.rolling_radius, (approach * np.cos(roll), -approach * np.sin(roll))
+    about = float(np.sqrt(2 * approach * min(radius, 1e6)))
+    return overlap_half_length(surfaces, np.linspace(*s, 129), moved, about, 0.9 * radius)
+
+
+def overlap_half_length(
+    surfaces: Undeformed | TangentPlane,
+    s: Array,
+    moved: tuple[float, float],
+    about: float,
+    longest: float = np.inf,
+) -> float:
+    """Return half of the length [mm] along x of an overlap, of which `about` is a guess.
+
+    It is sought at places s of bodies that are moved down and aside [mm]; 1e-3 of the guess between samples.
+    """
 
     def least(x: float) -> float:
-        return float(np.min(surfaces.distance(x, at, down, aside)))
+        return float(np.min(surfaces.distance(x, s, *moved)))
 
-    if least(0.0) >= 0:  # between samples
-        return float(np.sqrt(2 * approach * min(radius, 1e6)) * 1e-3)
-    high = float(np.sqrt(2 * approach * min(radius, 1e6)))
-    while least(high) < 0 and high < 0.9 * radius:
-        high *= 1.5
-    return float(scipy.optimize.brentq(least, 0.0, high, rtol=1e-3))
+    if least(0.0) >= 0:
+        return 1e-3 * about
+    while least(about) < 0 and about < longest:
+        about *= 1.5
+    return float(scipy.optimize.brentq(least, 0.0, about, rtol=1e-3))
 
 
-def _merged(ranges: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return ranges, of which neighbours are one where the gap is small beside the longer one."""
-    merged = [ranges[0]] if ranges else []
+def merge_ranges(
+    ranges: Sequence[tuple[float, float]], *, share: float = 0.0, gap: float = 0.0
+) -> list[tuple[float, float]]:
+    """Return ranges; neighbours nearer than a share of the longer one, or than a gap [mm], are one."""
+    merged = list(ranges[:1])
     for low, high in ranges[1:]:
         before = merged[-1]
-        if low - before[1] < SMALL_GAP * max(high - low, before[1] - before[0]):
+        if low - before[1] < max(share * max(high - low, before[1] - before[0]), gap):
             merged[-1] = (before[0], high)
         else:
             merged.append((low, high))
@@ -340,16 +347,3 @@ def _shortened(grid: Grid, *, before: int = 0, after: int = 0) -> Grid:
     odd = n_s % 2
     before, after = before + odd * (before > 0), after + odd * (after > 0)
     return replace(grid, n_s=grid.n_s - before - after, s=grid.s + (before - after) * grid.ds / 2)
-
-
-def _within(bodies: PairOnGrid, grid: Grid) -> Grid:
-    """Return the grid, moved or with narrower strips so that it stays on the contours."""
-    (low, high), (start, end) = bodies.undeformed.s_range, grid.extent
-    if end - start > high - low:
-        return Grid(grid.n_x, grid.n_s, grid.dx, (high - low) / grid.n_s, (low + high) / 2)
-    return replace(grid, s=grid.s + max(0.0, low - start) - max(0.0, end - high))
-
-
-def _rounded(n: float) -> int:
-    """Return the next multiple of `STEP`."""
-    return STEP * int(np.ceil(n / STEP))

@@ -157,7 +157,11 @@ class Areas:
             if abs(after - before) <= SETTLED * abs(after):
                 return solution.with_room()
             steps.append((before, after - before))
-            before = _next(steps, after)
+            before = after
+            if len(steps) > 1:  # by the secant of what two steps changed, unless that leads far away
+                (x_0, f_0), (x_1, f_1) = steps[-2:]
+                secant = after if f_1 == f_0 else x_1 - f_1 * (x_1 - x_0) / (f_1 - f_0)
+                before = secant if abs(secant - after) <= abs(f_1) else after
         raise Failure(
             f"contact at {load:g} N: the approach and the distance of the displaced bodies do not settle "
             f"({before:g}, then {after:g} mm)"
@@ -300,17 +304,6 @@ class _Level:
         ]
 
 
-def _next(steps: Sequence[tuple[float, float]], after: float) -> float:
-    """Return the approach to try next: by the secant of what two steps changed, or what the last one gave."""
-    if len(steps) < 2:
-        return after
-    (x_0, f_0), (x_1, f_1) = steps[-2:]
-    if f_1 == f_0:
-        return after
-    secant = x_1 - f_1 * (x_1 - x_0) / (f_1 - f_0)
-    return secant if abs(secant - after) <= abs(f_1) else after
-
-
 # --- displacements between areas ---
 
 NO_COUPLING = Coupling((), {})
@@ -350,17 +343,14 @@ def _nodes(box: Box) -> tuple[Array, Array]:
 def _bases(grid: Grid, box: Box) -> tuple[Array, Array]:
     """Return Lagrange's polynomials of the nodes at the centres of elements, (n_x or n_s, NODES)."""
     x = np.asarray(grid.dx * (np.arange(grid.n_x) - (grid.n_x - 1) / 2))
-    along_x, along_s = _nodes(box)
-    return _lagrange(x, along_x), _lagrange(grid.strips, along_s)
-
-
-def _lagrange(at: Array, nodes: Array) -> Array:
-    """Return Lagrange's polynomials of some nodes at places, (n, nodes)."""
-    apart = at[:, None] - nodes
-    others = [np.delete(np.arange(len(nodes)), k) for k in range(len(nodes))]
-    return np.stack(
-        [np.prod(apart[:, rest] / (nodes[k] - nodes[rest]), axis=1) for k, rest in enumerate(others)], axis=-1
-    )
+    bases = []
+    for at, nodes in zip((x, grid.strips), _nodes(box), strict=True):
+        apart, others = at[:, None] - nodes, [np.delete(np.arange(NODES), k) for k in range(NODES)]
+        polynomials = [
+            np.prod(apart[:, rest] / (nodes[k] - nodes[rest]), axis=1) for k, rest in enumerate(others)
+        ]
+        bases.append(np.stack(polynomials, axis=-1))
+    return bases[0], bases[1]
 
 
 # --- places beyond a grid ---

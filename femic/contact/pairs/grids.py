@@ -5,7 +5,7 @@ B-hat is found on coarse grids, and grids are made for it. They are made longer 
 need it.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import TypeVar
@@ -33,9 +33,16 @@ CURVATURE_STEP = 1e-3  # over which curvatures are taken, as a share of the cont
 
 
 def hertz(bodies: PairOnGrid, loading: Loading) -> LoadedPoint:
-    """Return the ellipse of Hertz of the curvatures where the bodies touch first, without an extra gap."""
+    """Return the ellipse of Hertz of the curvatures where the bodies touch first, without an extra gap.
+
+    They are at least `LEAST_CURVATURE`, and their ratio is within the limits of an ellipse of Hertz.
+    """
+    step, apart = distances_nearby(bodies)
+    before, behind, ahead = np.where(np.isfinite(apart), apart, 0.0)
+    along_x, along_s = (max(float(rise) / step**2, LEAST_CURVATURE) for rise in (2 * ahead, before + behind))
+    least = max(along_x, along_s) / MOST_UNLIKE
     modulus = combined_modulus(bodies.pair.upper.material, bodies.pair.lower.material)
-    point = PointContact(*_curvatures(bodies), modulus)
+    point = PointContact(max(along_x, least), max(along_s, least), modulus)
     return point.at_load(loading.load) if loading.load else point.at_approach(loading.approach or 0.0)
 
 
@@ -51,18 +58,6 @@ def distances_nearby(bodies: PairOnGrid) -> tuple[float, Array]:
     )
     across = undeformed.distance(0.0, touching + step * np.array([-1.0, 1.0]))
     return step, np.append(across, undeformed.distance(step, touching))
-
-
-def _curvatures(bodies: PairOnGrid) -> tuple[float, float]:
-    """Return relative curvatures [1/mm] along x and s at first contact, at least `LEAST_CURVATURE`.
-
-    Their ratio is within the limits of an ellipse of Hertz.
-    """
-    step, apart = distances_nearby(bodies)
-    before, behind, ahead = np.where(np.isfinite(apart), apart, 0.0)
-    of_x, of_s = (max(float(rise) / step**2, LEAST_CURVATURE) for rise in (2 * ahead, before + behind))
-    least = max(of_x, of_s) / MOST_UNLIKE
-    return max(of_x, least), max(of_s, least)
 
 
 # --- size of a contact ---
@@ -96,21 +91,6 @@ class Size:
         return self.smallest or (self.x[1] - self.x[0], self.s[1] - self.s[0])
 
 
-@dataclass(frozen=True)
-class _Trial:
-    """A coarse grid for the size of a contact: half-length along x, range of s [mm], number of strips."""
-
-    half_x: float
-    s: Range
-    n_s: int
-
-    @property
-    def grid(self) -> Grid:
-        """The grid."""
-        low, high = self.s
-        return Grid(TRIED, self.n_s, 2 * self.half_x / TRIED, (high - low) / self.n_s, (low + high) / 2)
-
-
 def contact_size(bodies: PairOnGrid, loading: Loading, *, all_patches: bool = True) -> Size:
     """Return the size of a contact with B-hat, on coarse grids made longer or shorter until they fit.
 
@@ -119,55 +99,61 @@ def contact_size(bodies: PairOnGrid, loading: Loading, *, all_patches: bool = Tr
     Raises Failure where the contact reaches the end of a contour, and where there is none.
     """
     touching, ellipse = bodies.undeformed.touching[0], hertz(bodies, loading)
-    half_s = GROWTH * ellipse.b
-    trial = _trial(bodies, GROWTH * ellipse.a, (touching - half_s, touching + half_s), TRIED)
+    half_x, n_s = GROWTH * ellipse.a, TRIED
+    s = _on_contours(bodies, touching - GROWTH * ellipse.b, touching + GROWTH * ellipse.b)
     for _ in range(MOST_TRIES):
-        on_grid = replace(bodies, grid=trial.grid)
+        on_grid = replace(bodies, grid=_coarse_grid(half_x, s, n_s))
         try:
             contact = on_grid.solve(on_grid.operator(SIZING), loading).normal
             along_x, along_s = (np.flatnonzero(contact.in_contact.any(axis=axis)) for axis in (1, 0))
             few_x, few_s = (int(np.ptp(along)) + 1 < FEWEST for along in (along_x, along_s))
             one = len(contact.patches) == 1
             size = patch_size(on_grid, contact) if one else _size_of_all(on_grid, loading, contact)
-        except PotentialAreaTooSmall as short:
-            trial = _enlarged(bodies, trial, short)
+        except PotentialAreaTooSmall as short:  # a longer grid, with more strips where it cannot be longer
+            if _at_ends(bodies, short, s):
+                n_s *= 2
+                if n_s > MOST_STRIPS:
+                    require_room(bodies, short, s)
+            half_x *= GROWTH if ENDS[0] in short.ends or ENDS[1] in short.ends else 1.0
+            before, after = ((GROWTH - 1) * (s[1] - s[0]) * (end in short.ends) for end in ENDS[2:])
+            s = _on_contours(bodies, s[0] - before, s[1] + after)
             continue
         if not (few_x or few_s):
-            further = _with_further_patches(bodies, loading, trial, contact) if all_patches else None
+            further = _with_further_patches(on_grid, s, loading, contact) if all_patches else None
             return further or size
-        room = (GROWTH - 1) / 2 * (size.s[1] - size.s[0])
-        half_x = size.x[1] * GROWTH if few_x else trial.half_x
-        s = (size.s[0] - room, size.s[1] + room) if few_s else trial.s
-        trial = _trial(bodies, half_x, s, trial.n_s)
+        half_x = size.x[1] * GROWTH if few_x else half_x
+        if few_s:
+            room = (GROWTH - 1) / 2 * (size.s[1] - size.s[0])
+            s = _on_contours(bodies, size.s[0] - room, size.s[1] + room)
     raise no_grid(loading)
 
 
 def _with_further_patches(
-    bodies: PairOnGrid, loading: Loading, trial: _Trial, contact: NormalContact
+    tried: PairOnGrid, s: Range, loading: Loading, contact: NormalContact
 ) -> Size | None:
-    """Return the size of a contact with patches beyond a trial grid, None where there are none.
+    """Return the size of a contact with patches beyond a grid over a range of s, None where there are none.
 
     A bump of an extra gap may bear all of the load, so that there is none where the contours touch first.
 
     Raises Failure where one of them reaches the end of a contour.
     """
-    beyond = touching_beyond(replace(bodies, grid=trial.grid), contact)
+    beyond = touching_beyond(tried, contact)
     if not beyond.size:
         return None
-    (low, high), half_x = trial.s, trial.half_x
-    strip = (high - low) / trial.n_s
+    (low, high), half_x = s, tried.grid.n_x * tried.grid.dx / 2
+    strip = (high - low) / tried.grid.n_s
     for _ in range(MOST_TRIES):
         room = (GROWTH - 1) * (high - low) / 2
         low, high = min(low, beyond[0] - room), max(high, beyond[-1] + room)
-        longer = _trial(bodies, half_x, (low, high), trial.n_s)
-        n_s = min(MOST_BETWEEN, int(np.ceil((longer.s[1] - longer.s[0]) / strip)))
-        on_grid = replace(bodies, grid=replace(longer, n_s=n_s).grid)
+        over = _on_contours(tried, low, high)
+        n_s = min(MOST_BETWEEN, int(np.ceil((over[1] - over[0]) / strip)))
+        on_grid = replace(tried, grid=_coarse_grid(half_x, over, n_s))
         try:
             found = on_grid.solve(on_grid.operator(SIZING), loading).normal
             size = _size_of_all(on_grid, loading, found)
-            return size if size.s[0] < trial.s[0] or size.s[1] > trial.s[1] else None
+            return size if size.s[0] < s[0] or size.s[1] > s[1] else None
         except PotentialAreaTooSmall as short:
-            require_room(bodies, short, longer.s)
+            require_room(tried, short, over)
             half_x *= GROWTH if ENDS[0] in short.ends or ENDS[1] in short.ends else 1.0
             beyond = np.array([low, high])
     raise no_grid(loading)
@@ -183,23 +169,16 @@ def _size_of_all(on_grid: PairOnGrid, loading: Loading, contact: NormalContact) 
     return patch_size(finer, finer.solve(finer.operator(SIZING), loading).normal)
 
 
-def _trial(bodies: PairOnGrid, half_x: float, s: Range, n_s: int) -> _Trial:
-    """Return a trial grid, no longer than the contours."""
+def _coarse_grid(half_x: float, s: Range, n_s: int) -> Grid:
+    """Return a grid for the size of a contact: half-length along x, range of s [mm], number of strips."""
+    low, high = s
+    return Grid(TRIED, n_s, 2 * half_x / TRIED, (high - low) / n_s, (low + high) / 2)
+
+
+def _on_contours(bodies: PairOnGrid, low: float, high: float) -> Range:
+    """Return the part of a range of s that lies on the contours."""
     start, end = bodies.undeformed.s_range
-    return _Trial(half_x, (max(s[0], start), min(s[1], end)), n_s)
-
-
-def _enlarged(bodies: PairOnGrid, trial: _Trial, short: PotentialAreaTooSmall) -> _Trial:
-    """Return a longer trial grid, with more strips where it cannot be longer; raises Failure for too many."""
-    (low, high), n_s, half_x = trial.s, trial.n_s, trial.half_x
-    if _at_ends(bodies, short, trial.s):
-        n_s *= 2
-        if n_s > MOST_STRIPS:
-            require_room(bodies, short, trial.s)
-    half_x *= GROWTH if ENDS[0] in short.ends or ENDS[1] in short.ends else 1.0
-    grown = (GROWTH - 1) * (high - low)
-    s = low - grown * (ENDS[2] in short.ends), high + grown * (ENDS[3] in short.ends)
-    return _trial(bodies, half_x, s, n_s)
+    return max(low, start), min(high, end)
 
 
 def require_room(bodies: PairOnGrid, short: PotentialAreaTooSmall, s: Range) -> None:
@@ -293,9 +272,10 @@ class Sizing:
         x = max(high for _, high in (size.x for size in sizes))
         low, high = min(size.s[0] for size in sizes), max(size.s[1] for size in sizes)
         room_x, room_s = 2 * ROOM * x + self.margin * dx, ROOM * (high - low) + self.margin * ds
-        n_x, n_s = _rounded((2 * x + 2 * room_x) / dx), _rounded((high - low + 2 * room_s) / ds)
+        n_x, n_s = round_up((2 * x + 2 * room_x) / dx), round_up((high - low + 2 * room_s) / ds)
         middle = (low + high) / 2
-        return self._within(Grid(n_x, n_s, dx, ds, 0.0 if abs(middle) < NEARLY * ds else float(middle)))
+        grid = Grid(n_x, n_s, dx, ds, 0.0 if abs(middle) < NEARLY * ds else float(middle))
+        return keep_on_contours(grid, self.extent)
 
     def large_enough(self, grid: Grid, loadings: Sequence[Loading], variants: Sequence[str]) -> Grid:
         """Return the grid, made longer where the contact with another approximation needs it."""
@@ -330,31 +310,28 @@ class Sizing:
             try:
                 return solve(replace(self.bodies, grid=grid))
             except PotentialAreaTooSmall as short:
-                grid, loading = self.longer(grid, short), short.loading
+                require_room(self.bodies, short, grid.extent)
+                grid, loading = keep_on_contours(extend_grid(grid, short.ends), self.extent), short.loading
         raise no_grid(loading)
 
-    def longer(self, grid: Grid, short: PotentialAreaTooSmall) -> Grid:
-        """Return the grid with `STEP` more elements at the ends at which it is too short.
 
-        Raises Failure where a contour ends there.
-        """
-        require_room(self.bodies, short, grid.extent)
-        ends = short.ends
-        along_x = 2 * STEP if ENDS[0] in ends or ENDS[1] in ends else 0
-        before, after = (STEP * (end in ends) for end in ENDS[2:])
-        middle = grid.s + (after - before) * grid.ds / 2
-        longer = Grid(grid.n_x + along_x, grid.n_s + before + after, grid.dx, grid.ds, middle)
-        return self._within(longer)
-
-    def _within(self, grid: Grid) -> Grid:
-        """Return the grid, moved or with narrower strips so that it stays on the contours."""
-        (low, high), (start, end) = self.extent, grid.extent
-        if end - start > high - low:
-            return Grid(grid.n_x, grid.n_s, grid.dx, (high - low) / grid.n_s, (low + high) / 2)
-        return Grid(grid.n_x, grid.n_s, grid.dx, grid.ds, grid.s + max(0, low - start) - max(0, end - high))
+def extend_grid(grid: Grid, ends: Collection[str]) -> Grid:
+    """Return the grid with `STEP` more elements at some ends; at both ends of x where it is at one."""
+    along_x = 2 * STEP if ENDS[0] in ends or ENDS[1] in ends else 0
+    before, after = (STEP * (end in ends) for end in ENDS[2:])
+    middle = grid.s + (after - before) * grid.ds / 2
+    return Grid(grid.n_x + along_x, grid.n_s + before + after, grid.dx, grid.ds, middle)
 
 
-def _rounded(n: float) -> int:
+def keep_on_contours(grid: Grid, s_range: Range) -> Grid:
+    """Return the grid, moved or with narrower strips so that it stays on the contours."""
+    (low, high), (start, end) = s_range, grid.extent
+    if end - start > high - low:
+        return Grid(grid.n_x, grid.n_s, grid.dx, (high - low) / grid.n_s, (low + high) / 2)
+    return replace(grid, s=grid.s + max(0.0, low - start) - max(0.0, end - high))
+
+
+def round_up(n: float) -> int:
     """Return the next multiple of `STEP`."""
     return STEP * int(np.ceil(n / STEP))
 

@@ -196,20 +196,16 @@ def smallest_eigenvalue(ic: Array, freed: Array, *, symmetric: bool = False) -> 
     """
     own = float(np.min(np.diagonal(ic[0])))
     give = float(np.max(np.abs(ic))) * freed.T @ freed
-    constrained = _folded(ic + give) if symmetric else ic + give
+    constrained = ic + give
+    if symmetric:  # of the strips of one half, and of the middle one
+        n_s = ic.shape[1]
+        half = (n_s + 1) // 2
+        constrained = constrained[:, :half, :half] + constrained[:, :half, ::-1][..., :half]
+        if n_s % 2:  # the middle strip is its own mirror image; its pressures count once
+            constrained[..., -1] /= np.sqrt(2)
+            constrained[:, -1] /= np.sqrt(2)
     whole = (constrained + np.swapaxes(constrained, 1, 2))[..., None, None] / 2
     return GridOperator.from_ics(whole, (N,)).smallest_eigenvalue() / own
-
-
-def _folded(ic: Array) -> Array:
-    """Return the same for symmetric pressures: those on the strips of one half, and of the middle one."""
-    n_s = ic.shape[1]
-    half = (n_s + 1) // 2
-    folded = ic[:, :half, :half] + ic[:, :half, ::-1][..., :half]
-    if n_s % 2:  # the middle strip is its own mirror image; its pressures count once
-        folded[..., -1] /= np.sqrt(2)
-        folded[:, -1] /= np.sqrt(2)
-    return np.asarray(folded)
 
 
 # --- operators of contact ---

@@ -172,14 +172,12 @@ class PairOnGrid:
                 f"contact at {loading}: the bodies do not touch on s = {self.grid.extent[0]:g} ... "
                 f"{self.grid.extent[1]:g} mm; give a larger approach, a load, or another grid"
             )
-        return self._displaced(contact, loading) if exact else contact
-
-    def _displaced(self, contact: NormalContact, loading: Loading) -> NormalContact:
-        """Return the contact with the distance at its own approach: a fixed point."""
-        for _ in range(EXACT_STEPS):
+        if not exact:
+            return contact
+        for _ in range(EXACT_STEPS):  # the fixed point of the distance at the contact's own approach
             before = contact.approach
             distance = self.distance_at(before) + before * self.cosine
-            problem = NormalProblem(self.grid, contact.problem.operator, self.flat, distance, self.cosine)
+            problem = replace(problem, distance=distance)
             contact = solve(problem, load=loading.load, approach=loading.approach, start=contact.p)
             if loading.load is None or abs(contact.approach - before) <= EXACT_TOLERANCE * abs(before):
                 return contact
@@ -212,21 +210,20 @@ def pair_on_grid(problem: ContactProblem, grid: Grid) -> PairOnGrid:
 
 
 def undeformed_surfaces(problem: ContactProblem) -> Undeformed:
-    """Return the surfaces of a problem, the upper one moved along y as it says."""
+    """Return the surfaces of a problem, the upper one moved along y as it says.
+
+    Contact is sought to the ends of the contours, and on flanks as far as these.
+    """
     lower, upper = problem.bodies["lower"].surface, problem.bodies["upper"].surface
-    return _undeformed(upper, lower, _reach(problem), problem.specification.shift)
+    start, end = lower.contour.limits
+    on_flanks = problem.specification.flanks or start == end
+    half = max((end - start) / 2, problem.reference_length) if on_flanks else 0.0
+    low, high = problem.extent
+    s_range = max(low, start - half), min(high, end + half)
+    return _undeformed(upper, lower, s_range, problem.specification.shift)
 
 
 @lru_cache(maxsize=16)
 def _undeformed(upper: Surface, lower: Surface, s_range: tuple[float, float], shift: float) -> Undeformed:
     """Return the surfaces, the same object each time: the point of first contact is found once."""
     return Undeformed(upper, lower, s_range, shift)
-
-
-def _reach(problem: ContactProblem) -> tuple[float, float]:
-    """Arc lengths [mm] between which contact is sought: to the contours' ends, on flanks as far as these."""
-    start, end = problem.bodies["lower"].contour.limits
-    on_flanks = problem.specification.flanks or start == end
-    half = max((end - start) / 2, problem.reference_length) if on_flanks else 0.0
-    low, high = problem.extent
-    return max(low, start - half), min(high, end + half)

@@ -65,14 +65,6 @@ def half_width(on_grid: pairs.PairOnGrid, contact: Contact) -> float:
     return (high - low) / 2
 
 
-def _force(on_grid: pairs.PairOnGrid, contact: Contact, axis: int) -> float:
-    return float(on_grid.resultant(contact.tractions).force[axis])
-
-
-def _moment(on_grid: pairs.PairOnGrid, contact: Contact, axis: int) -> float:
-    return float(on_grid.resultant(contact.tractions).moment[axis])
-
-
 ALL: Mapping[str, Quantity] = {
     "angle": Quantity("Δδ", "deg", "range of the inclination over the patch", estimates.WIDTH, angle),
     "a": Quantity("a", "mm", "half-length of the patch along x", estimates.LENGTH, half_length),
@@ -107,28 +99,28 @@ ALL: Mapping[str, Quantity] = {
         "N",
         "longitudinal force on the upper body",
         estimates.LONGITUDINAL,
-        lambda on_grid, contact: _force(on_grid, contact, 0),
+        lambda on_grid, contact: float(on_grid.resultant(contact.tractions).force[0]),
     ),
     "F_y": Quantity(
         "F_y",
         "N",
         "lateral force on the upper body",
         estimates.LATERAL,
-        lambda on_grid, contact: _force(on_grid, contact, 1),
+        lambda on_grid, contact: float(on_grid.resultant(contact.tractions).force[1]),
     ),
     "M_x": Quantity(
         "M_x",
         "N mm",
         "moment on the upper body about the x axis through the contact centre",
         estimates.ABOUT_X,
-        lambda on_grid, contact: _moment(on_grid, contact, 0),
+        lambda on_grid, contact: float(on_grid.resultant(contact.tractions).moment[0]),
     ),
     "M_z": Quantity(
         "M_z",
         "N mm",
         "moment on the upper body about the contact centre's vertical",
         estimates.ABOUT_Z,
-        lambda on_grid, contact: _moment(on_grid, contact, 2),
+        lambda on_grid, contact: float(on_grid.resultant(contact.tractions).moment[2]),
     ),
     "s_centre": Quantity(
         "s_c",

@@ -12,7 +12,7 @@ import pytest
 from compare.pages.contact import write_contact
 from compare.pages.finite_elements import differences, estimates, stored_solution
 from femic.cache.store import Store
-from femic.contact.finite_elements.fineness import CELLS
+from femic.contact.finite_elements import CELLS
 from femic.contact.finite_elements.result import FEContact, Numbers
 from femic.reference.discount import FZ
 from femic.reference.run_options import RunOptions

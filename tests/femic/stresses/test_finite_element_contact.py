@@ -28,7 +28,7 @@ def contact():
 
 def strips_of(contact, side):
     """Arc lengths of the vertices of the zone on the contour of a body."""
-    zone, undeformed = contact.zone, contact.bodies.undeformed
+    zone, undeformed = contact.pair, contact.bodies.undeformed
     if side == "lower":
         return zone.s
     points = np.stack([zone.x, zone.s])
@@ -38,12 +38,12 @@ def strips_of(contact, side):
 def tractions_on(contact, s):
     """Its pressures, linear between vertices at x, s (m,) of a quarter, on elements of a grid."""
     pressed = contact.p > 0
-    a, b = (1.1 * np.max(along[pressed]) for along in (contact.zone.x, s))
+    a, b = (1.1 * np.max(along[pressed]) for along in (contact.pair.x, s))
     grid = Grid(ELEMENTS, ELEMENTS, 2 * a / ELEMENTS, 2 * b / ELEMENTS, 0.0)
     x = grid.dx * (np.arange(ELEMENTS) - (ELEMENTS - 1) / 2)
     quarter = np.meshgrid(np.abs(x), np.abs(grid.strips), indexing="ij")
     p = np.zeros((ELEMENTS, ELEMENTS, 3))
-    p[..., 2] = LinearNDInterpolator(np.stack([contact.zone.x, s], axis=1), contact.p, 0.0)(*quarter)
+    p[..., 2] = LinearNDInterpolator(np.stack([contact.pair.x, s], axis=1), contact.p, 0.0)(*quarter)
     return SurfaceTractions(grid, p)
 
 

@@ -15,10 +15,9 @@ from femic.contact.finite_elements.meshed_contact import Bodies, mesh_bodies, so
 from femic.contact.finite_elements.result import compute_numbers
 from geometries.bodies import Body, Domain
 from geometries.contours import arc
-from geometries.materials import Material
 from geometries.surfaces import LOWER, UPPER
+from tests.femic.contact.finite_elements.ellipse import BRASS, STEEL
 
-STEEL, BRASS = Material(210e3, 0.28), Material(100e3, 0.35)
 R_LOWER, R_UPPER, R_ROLLING = 60.0, 90.0, 400.0  # mm; both arcs are convex
 DELTA = np.radians(35.0)
 ASIDE = (R_LOWER + R_UPPER) * np.sin(DELTA)  # of the upper body [mm]

@@ -37,22 +37,22 @@ def test_reactions_and_pressures_carry_the_load(level):
 
 def test_pressures_integrate_to_the_load_on_the_arc(level):
     """By the trapezoidal rule on the plain pressures, with the cosine at each vertex."""
-    cosine = np.cos(level.bodies.lower.contour.inclination(level.zone.s))
-    assert 4 * level.pair.coupling.area @ (level.p * cosine) == pytest.approx(LOAD, rel=0.01)
+    cosine = np.cos(level.bodies.lower.contour.inclination(level.pair.s))
+    assert 4 * level.pair.area @ (level.p * cosine) == pytest.approx(LOAD, rel=0.01)
 
 
 def test_surfaces_in_contact_meet_in_space(level):
     """Deformed vertices in contact lie on the deformed upper surface: weighted gaps by interpolation."""
-    coupling, state = level.pair.coupling, level.solution.state
-    lower = level.pair.lower.solid.trace
-    u_lower = state.u_lower.reshape(-1, 3)[lower.nodes[coupling.zone.vertices]]
-    sin, cos = level.bodies.lower.contour.normal(coupling.zone.s)
-    upper = level.pair.upper.solid.trace
-    distance = level.bodies.undeformed.distance(coupling.zone.x, coupling.zone.s)
-    y, z = level.bodies.lower.contour.position(coupling.zone.s) + distance * np.stack([sin, cos])
-    xi, y, z = level.bodies.upper.surface.to_chart(np.stack([coupling.zone.x, y, z]))
+    pair, state = level.pair, level.solution.state
+    lower = pair.lower.solid.trace
+    u_lower = state.u_lower.reshape(-1, 3)[lower.nodes[pair.vertices]]
+    sin, cos = level.bodies.lower.contour.normal(pair.s)
+    upper = pair.upper.solid.trace
+    distance = level.bodies.undeformed.distance(pair.x, pair.s)
+    y, z = level.bodies.lower.contour.position(pair.s) + distance * np.stack([sin, cos])
+    xi, y, z = level.bodies.upper.surface.to_chart(np.stack([pair.x, y, z]))
     t = level.bodies.upper.contour.nearest(np.stack([y, z]), (-12.0, 12.0))
-    inner = (coupling.zone.x > 0.1) & (coupling.zone.s > 0.1) & (level.p > 0.3 * level.p.max())
+    inner = (pair.x > 0.1) & (pair.s > 0.1) & (level.p > 0.3 * level.p.max())
     u_upper = upper.interpolation(np.abs(xi), np.abs(t)) @ state.u_upper.reshape(-1, 3)[upper.nodes]
     apart = u_upper - u_lower
     gap = distance - state.approach * cos + apart[:, 1] * sin + apart[:, 2] * cos

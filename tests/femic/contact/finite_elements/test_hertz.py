@@ -38,7 +38,7 @@ def test_numbers_agree_with_hertz(level):
 
 def test_pressures_do_not_alternate(level):
     """Inside of 80 % of the ellipse each is Hertz's, to 3 % of the largest (hat functions: 11 %)."""
-    x, s = level.zone.x, level.zone.s
+    x, s = level.pair.x, level.pair.s
     inside = np.hypot(x / HERTZ.a, s / HERTZ.b) < 0.8
     assert np.count_nonzero(inside) > 20
     assert level.p[inside] == pytest.approx(HERTZ.pressure(x, s)[inside], abs=0.03 * HERTZ.p_max)
@@ -51,7 +51,7 @@ def test_both_bodies_are_in_equilibrium(level):
 
 def test_there_is_neither_tension_nor_penetration(level):
     state, active = level.solution.state, level.solution.active
-    gap = level.pair.gap(state) / level.pair.coupling.area
+    gap = level.pair.gap(state.u_lower, state.u_upper, state.approach) / level.pair.area
     assert 20 < np.count_nonzero(active) < len(active) - 20
     assert state.p[active].min() > -1e-5 * state.p.max()
     assert np.all(state.p[~active] == 0)

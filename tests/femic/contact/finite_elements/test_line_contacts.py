@@ -10,9 +10,9 @@ from femic.contact.exact.hertz import LineContact, combined_modulus
 from femic.contact.exact.pin import PinInHole
 from geometries.materials import Material
 from geometries.surfaces import LOWER, UPPER
+from tests.femic.contact.finite_elements.ellipse import BRASS, STEEL
 from tests.femic.contact.finite_elements.slices import OVERHANG, Cells, block, pressed, round_section
 
-STEEL, BRASS = Material(210e3, 0.28), Material(100e3, 0.35)
 SIMILAR = Material(500e3, 0.0), Material(50e3 * 1.45, 0.45)  # of Dundurs' beta 0, though not equal
 HUB = 0.03  # radius at which pins are held, as a share of their own
 FAR = 40.0  # half-widths or radii to the ends of blocks and plates: errors of 1 / 1600
@@ -24,7 +24,7 @@ def difference(level, truth, half_width):
 
     Pressures are means over the slice: they differ from side to side, as the cells do.
     """
-    s, of = np.unique(np.round(level.zone.s, 9), return_inverse=True)
+    s, of = np.unique(np.round(level.pair.s, 9), return_inverse=True)
     p = np.bincount(of, level.p) / np.bincount(of)
     inside = s < INSIDE * half_width
     return np.sqrt(np.mean((p - truth(s))[inside] ** 2)) / truth(0.0)

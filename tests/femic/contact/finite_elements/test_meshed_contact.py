@@ -5,7 +5,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from femic.contact.finite_elements.coupling import Zone
 from femic.contact.finite_elements.meshed_contact import Bodies, MeshedContact
 from geometries.bodies import Body, Domain
 from geometries.contours import arc
@@ -28,9 +27,10 @@ def contact(end=15.0, kink=100.0):
         Body(UPPER, arc(1.02 * RADIUS, FLANK, FLANK), STEEL, DOMAIN, rolling_radius=400.0),
         (-20.0, 20.0),
     )
-    coupling = SimpleNamespace(zone=Zone(np.arange(len(x)), x, s), area=np.full(len(x), SPACING**2))
-    pair = SimpleNamespace(coupling=coupling, gap=lambda _: gap * SPACING**2)
-    solution = SimpleNamespace(state=None, active=gap == 0)
+    area = np.full(len(x), SPACING**2)
+    pair = SimpleNamespace(x=x, s=s, area=area, gap=lambda *_: gap * area)
+    state = SimpleNamespace(u_lower=None, u_upper=None, approach=None)
+    solution = SimpleNamespace(state=state, active=gap == 0)
     return MeshedContact(bodies, None, 1.0, pair, solution, 0.0)
 
 

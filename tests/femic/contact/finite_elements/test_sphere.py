@@ -6,16 +6,15 @@ import pytest
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.finite_elements import coupling
 from femic.contact.finite_elements.bodies import Expected
-from femic.contact.finite_elements.coupling import couple, select_zone
+from femic.contact.finite_elements.coupling import couple
 from femic.contact.finite_elements.meshed_contact import Bodies, mesh_bodies, solved
 from femic.contact.finite_elements.result import compute_numbers
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
 from geometries.errors import Failure
-from geometries.materials import Material
 from geometries.surfaces import LOWER, UPPER
+from tests.femic.contact.finite_elements.ellipse import BRASS, STEEL
 
-STEEL, BRASS = Material(210e3, 0.28), Material(100e3, 0.35)
 RADIUS, LOAD, FAR = 40.0, 900.0, 15.0  # mm, N, mm
 HERTZ = PointContact(1 / RADIUS, 1 / RADIUS, combined_modulus(STEEL, BRASS)).at_load(LOAD)
 ALL_ROUND = np.pi * RADIUS
@@ -55,8 +54,8 @@ def test_a_ball_on_a_block_converges_to_hertz(coarse):
 def coupled(meshes, half_width):
     """The coupling within a half-width [mm] of the middle."""
     x, s = meshes.lower.solid.trace.basis.mesh.p
-    zone = select_zone(meshes.lower.solid.trace, np.hypot(x, s) < half_width)
-    return couple(meshes.lower, meshes.upper, bodies().undeformed, zone)
+    near = np.flatnonzero(np.hypot(x, s) < half_width)
+    return couple(meshes.lower, meshes.upper, bodies().undeformed, near)
 
 
 def test_an_upper_surface_that_ends_too_early_is_refused():

@@ -6,30 +6,29 @@ import numpy as np
 import pytest
 
 from approx.pair import matrix
-from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.loading import Loading
 from femic.contact.motions.none import solve_frictionless
-from femic.contact.operators.dense import Asymmetry, GridOperator
-from femic.contact.pairs.ics import GivenICs, ReferenceICs
+from femic.contact.pairs.ics import GivenICs
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.quantities import numbers
 from femic.contact.specification import extra_gap
 from geometries.errors import WrongInput
 from geometries.patches import Grid, N
-from tests.femic.contact.pairs.problems import RADIUS, ROLLING, SMALL, WHEEL, problem, solved
-
-EXACT = Asymmetry(0.0, "nn")
+from tests.femic.contact.pairs.problems import (
+    RADIUS,
+    ROLLING,
+    SMALL,
+    WHEEL,
+    hertz,
+    like_bhat,
+    problem,
+    solved,
+)
 
 
 def contacts_of(of):
     """The contacts of a problem of one load, by ICs."""
     return {ics: contact for (_, ics), contact in solve_frictionless(of).contacts.items()}
-
-
-def hertz(of=None):
-    bodies = (of or problem()).bodies
-    modulus = combined_modulus(bodies["upper"].material, bodies["lower"].material)
-    return PointContact(1 / ROLLING, 1 / RADIUS - 1 / WHEEL, modulus)
 
 
 def test_small_contacts_agree_with_hertz():
@@ -118,12 +117,7 @@ def test_given_ics_are_solved_on_their_grid_with_their_errors():
 
 def test_estimate_of_c_is_added_to_the_estimate_by_elements(monkeypatch):
     """Not the larger of both: ICs larger by 4 % change the approach by 2.4 % or more, and p_max."""
-
-    def known(of, on_grid, _):
-        nn = matrix("Bhat", of.pair, on_grid.grid)[..., 2:, 2:]
-        return ReferenceICs(*[GridOperator.from_ics(f * nn, (N,)) for f in (1.0, 1.04)], 0.0, EXACT, 1.0, 0.0)
-
-    monkeypatch.setattr("femic.contact.pairs.ics.normal_reference_ics", known)
+    monkeypatch.setattr("femic.contact.pairs.ics.normal_reference_ics", like_bhat(1.0, 1.04))
     contact = contacts_of(problem(10.2, loads=(3e3,), ics=("C",), elements=12))["C"]
     assert contact.perturbed.normal.approach > 1.02 * contact.normal.approach
     both, of_elements = (one.estimated_errors() for one in (contact, replace(contact, perturbed=None)))

@@ -2,8 +2,11 @@
 
 import numpy as np
 
-from approx.pair import Pair, Solid
+from approx.pair import Pair, Solid, matrix
+from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.motions.none import solve_frictionless
+from femic.contact.operators.dense import Asymmetry, GridOperator
+from femic.contact.pairs.ics import ReferenceICs
 from femic.contact.pairs.quantities import numbers
 from femic.contact.specification import APPROACH_SHARE, ContactProblem, ContactSpecification
 from femic.reference.engines import HARMONIC
@@ -12,7 +15,7 @@ from femic.reference.job import Settings
 from geometries.bodies import Body, Domain
 from geometries.contours import arc
 from geometries.materials import Material
-from geometries.patches import Grid
+from geometries.patches import Grid, N
 from geometries.surfaces import LOWER, UPPER
 
 RADIUS, WHEEL, ROLLING = 10.0, 14.0, 400.0  # mm: arcs of rail and wheel, rolling radius
@@ -43,6 +46,24 @@ def problem(upper_radius=WHEEL, inclination=FLANKS, grid=None, **keys):
         FAR_RADIUS,
         SETTINGS.approach_side * APPROACH_SHARE,
     )
+
+
+def hertz(of=None):
+    """The contact of Hertz of both arcs, with the materials of a problem."""
+    bodies = (of or problem()).bodies
+    modulus = combined_modulus(bodies["upper"].material, bodies["lower"].material)
+    return PointContact(1 / ROLLING, 1 / RADIUS - 1 / WHEEL, modulus)
+
+
+def like_bhat(*factors):
+    """What computes ICs that stand for C and C plus its estimate: B-hat times factors, the last one twice."""
+
+    def computed(of, on_grid, _):
+        nn = matrix("Bhat", of.pair, on_grid.grid)[..., 2:, 2:]
+        operators = [GridOperator.from_ics(f * nn, (N,)) for f in (*factors, factors[-1])[:2]]
+        return ReferenceICs(*operators, 0.0, Asymmetry(0.0, "nn"), 1.0, 0.0)
+
+    return computed
 
 
 def solved(of, ics="Bhat"):

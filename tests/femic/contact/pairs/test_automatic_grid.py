@@ -5,30 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from approx.pair import matrix
 from compare.validation.extremes import contacts
-from femic.contact.exact.hertz import PointContact, combined_modulus
+from femic.contact.exact.hertz import combined_modulus
 from femic.contact.loading import Loading
 from femic.contact.motions.none import solve_frictionless
 from femic.contact.normal import PotentialAreaTooSmall
-from femic.contact.operators.dense import Asymmetry, GridOperator
 from femic.contact.pairs import grids as first_touch
 from femic.contact.pairs.grids import MOST_STRIPS, contact_size, grids_of, make_sizing
-from femic.contact.pairs.ics import ReferenceICs
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.patch import MARGIN
 from femic.scenes.load import load_scene
 from geometries.errors import Failure
-from geometries.patches import Grid, N
-from tests.femic.contact.pairs.problems import RADIUS, ROLLING, SMALL, WHEEL, problem
-
-EXACT = Asymmetry(0.0, "nn")
-
-
-def hertz(of=None):
-    bodies = (of or problem()).bodies
-    modulus = combined_modulus(bodies["upper"].material, bodies["lower"].material)
-    return PointContact(1 / ROLLING, 1 / RADIUS - 1 / WHEEL, modulus)
+from geometries.patches import Grid
+from tests.femic.contact.pairs.problems import SMALL, hertz, like_bhat, problem
 
 
 def test_curvatures_are_taken_at_first_contact_for_any_length_of_contours():
@@ -82,14 +71,9 @@ def test_contacts_at_the_end_of_a_contour_are_refused_with_the_end_and_a_remedy(
 
 def test_grid_grows_where_c_needs_it(monkeypatch):
     """Of ICs that stand for C and are eight times those of B-hat."""
-
-    def much_softer(of, on_grid, _):
-        nn = 8 * matrix("Bhat", of.pair, on_grid.grid)[..., 2:, 2:]
-        return ReferenceICs(*[GridOperator.from_ics(nn, (N,))] * 2, 0.0, EXACT, 1.0, 0.0)
-
     of = problem(10.2, loads=(5e3,), ics=("Bhat", "C"))
     ((first, _),) = grids_of(of)
-    monkeypatch.setattr("femic.contact.pairs.ics.normal_reference_ics", much_softer)
+    monkeypatch.setattr("femic.contact.pairs.ics.normal_reference_ics", like_bhat(8.0))
     results = solve_frictionless(of)
     (grid,) = results.references
     assert (grid.dx, grid.ds) == (first.dx, first.ds)
