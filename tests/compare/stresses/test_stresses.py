@@ -142,9 +142,10 @@ def test_without_a_contact_beside_it_the_slope_is_not_known(monkeypatch):
         options=RunOptions(watch=Watch(on_stage=said.append)),
         specification=SimpleNamespace(equal_force=0.5),
         loads=[1.0],
+        rolling=lambda _: None,
     )
     along = SimpleNamespace(largest=1.0, with_force=with_force, first=lambda: None, problem=None)
-    monkeypatch.setattr(module, "Continuation", SimpleNamespace(of=lambda *_: along))
+    monkeypatch.setattr(module, "Continuation", lambda *_: along)
     assert np.isnan(module._with_force(pair, None, "").slope)
     assert said == ["  no slope of the creep-force curve: no contact"]
 

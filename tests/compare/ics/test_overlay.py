@@ -11,12 +11,13 @@ import xarray as xr
 
 from compare.pages.ics import DASHES, along_line, chart, drawn_variants, is_mirrored, page
 from compare.pages.ics_results import MOST_SCENES, differences, load, results_key, sources, up_to_date
-from compare.report.interactive import as_json, plotly_js
+from compare.report.interactive import plotly_js
 from compare.report.looks import OWN, ics_symbol
 from femic.cache.folders import LOCK
 from femic.cli.main import DONE, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.scenes import receipts
 from tests.compare.conftest import on_line, scene_text
+from tests.compare.pages import read_chart, read_traces
 
 ALONG_S = '\n[[lines]]\nalong = "s"\nx = 1.6\nreach = 8.0\npoints = 33\n'
 ALONG_X = '\n[[lines]]\nalong = "x"\ns = 0.0\nreach = 8.0\npoints = 33\n'
@@ -100,7 +101,7 @@ def dimensionless(ics, component):
 
 def cells_of(overlay, component):
     """The cells of a component as the page has them, by title."""
-    content = json.loads(as_json(chart(ics_of(overlay))))
+    content = read_chart(chart(ics_of(overlay)))
     assert content["labels"][content["start"]] == "nn"
     return {cell["title"]: cell for cell in content["steps"][content["labels"].index(component)]}
 
@@ -112,7 +113,7 @@ def test_chart_has_curves_of_all_scenes_and_their_differences(compared):
     assert list(cells) == [f"lower, {LINE}", f"lower, {LINE}: minus C"]
     dashes = set()
     for title, cell in cells.items():
-        drawn = {trace["name"]: trace for trace in cell["traces"] if "name" in trace}
+        drawn = read_traces(cell)
         for name, scene in overlay.items():
             expected = dimensionless(scene.ics, "sn")
             expected = expected.isel(point=expected["at"].values >= 0)

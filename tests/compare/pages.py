@@ -1,0 +1,32 @@
+"""What pages have, as tests read it: charts as browsers get them, tables as texts, and widths."""
+
+import json
+from types import MappingProxyType
+
+from compare.report.interactive import as_json
+from tests.pages import widest
+
+AT_800_PX = MappingProxyType({800: 770})
+
+
+def read_chart(chart):
+    """A chart as the browser gets it."""
+    return json.loads(as_json(chart))
+
+
+def read_traces(cell):
+    """The traces of a cell of a chart by their names."""
+    return {trace["name"]: trace for trace in cell["traces"] if trace.get("name")}
+
+
+def read_texts(table):
+    """The texts of the cells of a table by the names of its rows."""
+    return {row.name: [cell.text for cell in row.filled] for row in table.rows}
+
+
+def require_room(browser, path, tables=AT_800_PX):
+    """No page is wider than its window, and no table wider than given by the width of the window [px]."""
+    for width, most in tables.items():
+        page, table = widest(browser, path, width)
+        assert page <= width
+        assert table <= most, width
