@@ -213,7 +213,20 @@ def deviations(dataset: xr.Dataset, name: str) -> xr.DataArray:
     return values.drop_sel(ics=FE) / values.sel(ics=FE, drop=True) - 1
 
 
+def differences(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    """Return numbers with ICs minus finite elements, in their unit, by case and ICs.
+
+    They serve for numbers that vanish by symmetry.
+    """
+    values = dataset[name].drop_attrs()
+    return values.drop_sel(ics=FE) - values.sel(ics=FE, drop=True)
+
+
+def estimates(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    """Return the estimated error of a number by finite elements, in its unit, by case."""
+    return dataset[f"estimate_{name}"].drop_attrs().sel(ics=FE, drop=True)
+
+
 def relative_estimates(dataset: xr.Dataset, name: str) -> xr.DataArray:
     """Return the estimated error of a number by finite elements as a share of it, by case."""
-    by_fe = dataset[[name, f"estimate_{name}"]].sel(ics=FE, drop=True).drop_attrs()
-    return abs(by_fe[f"estimate_{name}"] / by_fe[name])
+    return abs(estimates(dataset, name) / dataset[name].drop_attrs().sel(ics=FE, drop=True))

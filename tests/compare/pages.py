@@ -3,7 +3,10 @@
 import json
 from types import MappingProxyType
 
+import pytest
+
 from compare.report.interactive import as_json
+from compare.report.tables import MINUS
 from tests.pages import widest
 
 AT_800_PX = MappingProxyType({800: 770})
@@ -22,6 +25,13 @@ def read_traces(cell):
 def read_texts(table):
     """The texts of the cells of a table by the names of its rows."""
     return {row.name: [cell.text for cell in row.filled] for row in table.rows}
+
+
+def require_number(text, value, estimate):
+    """A text such as "−684.3 ± 4.3" has the estimate, and the number to a tenth of it."""
+    shown, known = map(float, text.replace(MINUS, "-").split(" ± "))
+    assert known == pytest.approx(float(estimate), rel=0.05)
+    assert shown == pytest.approx(float(value), abs=float(estimate) / 10)
 
 
 def require_room(browser, path, tables=AT_800_PX):

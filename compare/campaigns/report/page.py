@@ -141,8 +141,12 @@ def _chart_sections(dataset: xr.Dataset, fields: Sequence[Field]) -> Iterator[Se
         return
     failed, meanings = dataset["failure"].astype(str) != "", f"{'; '.join(axis.meaning for axis in axes)}."
     if advice := find_advice(dataset):
-        blocks = [advice_table(advice), advised_chart(advice, axes, failed), Note(f"{ADVISED} {meanings}")]
-        yield Section("Which ICs are good enough", blocks)
+        shown: list[Block] = [
+            advice_table(advice),
+            advised_chart(advice, axes, failed),
+            Note(f"{ADVISED} {meanings}"),
+        ]
+        yield Section("Which ICs are good enough", shown)
     ratings = [field for field in fields if field.rates_ics]
     for field in sorted(fields, key=lambda field: not field.rates_ics):
         if "sample" not in failed.dims and len(axes) > 1:

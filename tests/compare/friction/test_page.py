@@ -19,10 +19,10 @@ from compare.pages.friction import (
 )
 from compare.pages.friction_pages import PAGES
 from compare.report.looks import ics_symbol
-from compare.report.tables import MINUS, number_text
+from compare.report.tables import number_text
 from femic.results.friction import compute_with_friction
 from tests.compare.friction.scenes import scene
-from tests.compare.pages import read_chart, read_texts, require_room
+from tests.compare.pages import read_chart, read_texts, require_number, require_room
 
 COARSE = 8  # elements across the patch
 
@@ -112,9 +112,7 @@ def test_the_answer_of_rolling_has_the_numbers_of_the_arrays(rolled):
     for name in ("A", "Bhat"):
         curve, cells = at.sel(ics=name), rows[ics_symbol(name)]
         for text, key, factor in ((cells[1], "zero_creepage", 100), (cells[3], "slope", 1e-5)):
-            value, estimate = map(float, text.replace(MINUS, "-").split(" ± "))
-            assert estimate == pytest.approx(factor * float(curve[f"estimate_{key}"]), rel=0.05)
-            assert value == pytest.approx(factor * float(curve[key]), abs=estimate / 10)
+            require_number(text, factor * curve[key], factor * curve[f"estimate_{key}"])
     largest, known = map(float, rows["A"][0].split(" ± "))
     assert largest == pytest.approx(100 * float(rolled.largest.sel(ics="A").max()), abs=known / 10)
     off = at.slope.sel(ics="A") / at.slope.sel(ics="Bhat") - 1
@@ -201,10 +199,7 @@ def test_all_numbers_are_drawn_and_listed_but_those_that_vanish(rolled):
     assert table.caption == "friction 0.5: F_x [kN]"
     assert [row.name for row in table.rows] == ["-0.4%", "0%", "0.4%"]
     cell, contact = table.rows[2].cells[0], rolled.sel(friction=0.5, ics="A", xi=4e-3)
-    assert float(cell.below.removeprefix("± ")) == pytest.approx(1e-3 * float(contact.estimate_F_x), rel=0.05)
-    assert float(cell.text) == pytest.approx(
-        1e-3 * float(contact.F_x), abs=1e-4 * float(contact.estimate_F_x)
-    )
+    require_number(f"{cell.text} {cell.below}", 1e-3 * contact.F_x, 1e-3 * contact.estimate_F_x)
 
 
 def test_a_moment_that_is_not_rounding_is_drawn(rolled):

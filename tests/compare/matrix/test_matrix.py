@@ -37,7 +37,6 @@ from femic.results.matrices import (
 from femic.results.matrix_check import ColumnCheck, check_columns, checked_strips
 from femic.scenes.errors import BadScene
 from femic.scenes.load import load_scene, scene_from_table
-from femic.scenes.receipts import key_of
 from geometries.errors import Failure
 from geometries.patches import COMPONENTS, DIRECTIONS
 from tests.coarse import coarse_sections
@@ -187,22 +186,6 @@ def test_second_run_meshes_and_factors_nothing(made, monkeypatch, capsys):
     ):
         xr.testing.assert_equal(first, second)
     assert again.seconds > 0
-
-
-def test_key_of_results_depends_on_content_of_contour_file(tmp_path):
-    """The text of the scene is the same."""
-    table = {"E": 210e3, "nu": 0.3, "contour": {"kind": "points", "file": str(tmp_path / "rail.txt")}}
-    scene = {
-        "lower": table,
-        "upper": table,
-        "patch": {"a": 0.2, "b": 0.2},
-        "lines": [{"along": "x", "s": 1.0}],
-    }
-    y, keys = np.linspace(-9, 9, 31), []
-    for radius in (30.0, 30.0, 40.0):
-        np.savetxt(tmp_path / "rail.txt", np.column_stack([y, -(y**2) / (2 * radius)]))
-        keys.append(key_of(scene_from_table(scene, "rail"), 3))
-    assert keys[0] == keys[1] != keys[2]
 
 
 def test_maps_of_another_strip_need_no_new_models(made, monkeypatch):
