@@ -193,24 +193,19 @@ def each_patch_table(dataset: xr.Dataset, *, several: bool) -> Table | None:
     return Table(CONTACT, [Column("patch"), *_columns(EACH_PATCH)], rows) if rows else None
 
 
-def force_table(dataset: xr.Dataset) -> Table:
-    """Return the creep forces of all contacts with the best ICs, with their estimated errors."""
-    rows = [
-        Row(label, [ics_symbol(best.ics.item()), *_cells(best, FORCES, estimates=True)])
-        for label, best in _contacts(dataset, "F_x")
-    ]
-    return Table(CONTACT, [*texts("ICs"), *_columns(FORCES)], rows)
+def rolling_table(dataset: xr.Dataset, *, by_area: bool = False) -> Table:
+    """Return forces, slip and work of all contacts that roll, with the best ICs and estimated errors.
 
-
-def rolling_patch_table(dataset: xr.Dataset) -> Table:
-    """Return forces, slip and work of the areas that roll, with the best ICs."""
-    rows = []
+    By area: those of each area that rolls, without errors.
+    """
+    shown, rows = AREA if by_area else FORCES, []
     for label, best in _contacts(dataset, "F_x"):
-        for k in range(dataset.sizes["area"]):
-            if np.isfinite(best.area_F_n[k]):
-                ics = "" if k else ics_symbol(best.ics.item())
-                rows.append(Row("" if k else label, [ics, *_cells(best.isel(area=k), AREA)]))
-    return Table(CONTACT, [*texts("ICs"), *_columns(AREA)], rows)
+        parts = [best.isel(area=k) for k in np.flatnonzero(np.isfinite(best.area_F_n))] if by_area else [best]
+        for k, part in enumerate(parts):
+            ics = "" if k else ics_symbol(best.ics.item())
+            cells = _cells(part, shown, estimates=not by_area)
+            rows.append(Row("" if k else label, [ics, *cells]))
+    return Table(CONTACT, [*texts("ICs"), *_columns(shown)], rows)
 
 
 def wheelset_table(dataset: xr.Dataset) -> Table:
