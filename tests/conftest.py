@@ -25,7 +25,7 @@ DEAR = (
     "tests/compare/matrix/test_matrix.py",
     "tests/compare/frontier/test_frontier.py",
     "tests/compare/friction/test_page.py",
-    "tests/compare/overlay/test_overlay.py",
+    "tests/compare/ics/test_overlay.py",
     "tests/femic/reference/solid/test_solid.py",
     "tests/compare/shifts/test_rolling_page.py",
     "tests/compare/campaigns/results/test_registry.py",

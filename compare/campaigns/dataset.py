@@ -423,7 +423,10 @@ class CampaignDataset:
         self.write()
 
     def _add_variables(self, dataset: xr.Dataset) -> None:
-        """Add arrays for variables that no scene had before, and note labels that differ."""
+        """Add arrays for variables that no scene had before, and note labels that differ.
+
+        Where the dataset becomes large with them, arrays are moved into the folder.
+        """
         for dim, labels in dataset.coords.items():
             if dim in self.template and not np.array_equal(labels.values, self.template[dim].values):
                 self._differing.add(str(dim))
@@ -433,17 +436,13 @@ class CampaignDataset:
         known = self.template.data_vars
         self.template = self.template.assign_coords(labels).assign(new)
         if new and not self.is_large and self.template.nbytes * self.campaign.size > LARGEST_FILE:
-            self._move_into_folder(known)
+            before, path = self._group, self.folder / ZARR
+            shutil.rmtree(path, ignore_errors=True)  # of an earlier run
+            self.is_large, self._group = True, zarr.open_group(path, mode="w")
+            for name in map(str, known):
+                self._create_array(name, self.template[name].variable)[...] = before[name][...]
         for name, variable in new.items():
             self._create_array(name, variable)
-
-    def _move_into_folder(self, known: Iterable[Any]) -> None:
-        """Move the arrays of known variables into a new folder, which replaces that of an earlier run."""
-        before, path = self._group, self.folder / ZARR
-        shutil.rmtree(path, ignore_errors=True)
-        self.is_large, self._group = True, zarr.open_group(path, mode="w")
-        for name in map(str, known):
-            self._create_array(name, self.template[name].variable)[...] = before[name][...]
 
     def _create_array(self, name: str, variable: xr.Variable) -> zarr.Array:
         """Create the array of a variable that scenes have, NaN where no scene has been put."""

@@ -37,7 +37,7 @@ import scipy
 from pydantic import ValidationError
 
 from compare.campaigns.campaign import Campaign, Point, SweptAxis
-from compare.campaigns.keys import DIGITS, AxisTable, CampaignFile
+from compare.campaigns.keys import DIGITS, CampaignFile
 from femic.scenes.errors import BadScene, bad_scene
 from femic.scenes.file import SceneFile
 from femic.scenes.input_files import make_files_absolute
@@ -89,7 +89,10 @@ def _axes(parsed: CampaignFile, path: Path) -> tuple[SweptAxis, ...]:
     is_grid, axes = parsed.points == "all", []
     for name, table in parsed.sweep.items():
         factors = dict(table.keys) if isinstance(table.keys, dict) else dict.fromkeys(table.keys)
-        values = _grid_values(table) if is_grid else ()
+        values = table.values if is_grid else ()
+        if is_grid and table.start is not None and table.to is not None and table.count is not None:
+            between = map(table.between, np.linspace(0, 1, table.count)[1:-1].tolist())
+            values = (table.start, *between, table.to)
         if len(values) > 1 and table.count and not np.all(np.diff(values) > 0):
             raise BadScene(
                 f"{path}: sweep.{name}: count = {table.count}: values are the same to {DIGITS} digits: give "
@@ -103,12 +106,6 @@ def _axes(parsed: CampaignFile, path: Path) -> tuple[SweptAxis, ...]:
             f"{MOST_AXES}: give fewer values, or points = 'random'"
         )
     return tuple(axes)
-
-
-def _grid_values(table: AxisTable) -> Point:
-    if table.start is None or table.to is None or table.count is None:
-        return table.values
-    return (table.start, *map(table.between, np.linspace(0, 1, table.count)[1:-1].tolist()), table.to)
 
 
 def _list_points(parsed: CampaignFile, path: Path) -> list[Point]:

@@ -12,7 +12,6 @@ from compare.pages.friction import (
     difference,
     difference_panel,
     largest_differences,
-    main_estimate,
     main_number,
     percent_change,
     place_text,
@@ -55,7 +54,9 @@ def answer(dataset: xr.Dataset, last: str) -> Table:
     """Return how much slides at the last load and the friction where ICs differ most, and verdicts."""
     friction, symbol, reference = worst_friction(dataset), reference_symbol(dataset), reference_ics(dataset)
     at = dataset.sel(friction=friction)
-    share, known, away = (part(at).isel(load=-1) for part in (main_number, main_estimate, difference))
+    share, known, away = (
+        values.isel(load=-1) for values in (main_number(at), main_number(at, "estimate_"), difference(at))
+    )
     largest, known_largest = largest_differences(dataset)
     p_max = at.isel(load=-1).p_max.sel(ics=reference)
     rows = []
@@ -86,7 +87,7 @@ def sliding(dataset: xr.Dataset) -> Chart:
     """Return sliding over contact area by all ICs, over the load and the angle, and its difference."""
 
     def panels(contacts: xr.Dataset) -> list[Panel]:
-        share, estimate = main_number(contacts), main_estimate(contacts)
+        share, estimate = main_number(contacts), main_number(contacts, "estimate_")
         by_load = curves_by_ics(places(dataset), share, estimate, share=True)
         by_angle = curves_by_ics(contacts.angle, share, estimate, share=True)
         title = f"minus the share with {reference_symbol(dataset)}"

@@ -109,7 +109,8 @@ def _sections(
     yield Section("Pressures on the rail", [figures.on_rail(dataset, lower)])
     yield Section("Patches", [figures.patches(dataset)])
     if dataset.sizes["case"] > 1:
-        yield Folded("Further numbers over the angle of the patch", [figures.further_numbers(dataset)])
+        chart = figures.numbers_chart(dataset, figures.FURTHER, reference_ics(dataset), "numbers")
+        yield Folded("Further numbers over the angle of the patch", [chart])
     symbol, strain = ics_symbol(reference_ics(dataset)), float(dataset.finite_strain_p_max.max())
     notes = [NUMBERS.format(symbol, strain), *([further.note] if further else [])]
     tables = case_tables(dataset, further)

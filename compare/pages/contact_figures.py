@@ -1,7 +1,6 @@
 """Charts of contacts: pressures and numbers over the angle of the patch, patches, pressures on the rail."""
 
 from collections.abc import Mapping, Sequence
-from itertools import chain
 
 import numpy as np
 import xarray as xr
@@ -91,10 +90,10 @@ def over_angle(dataset: xr.Dataset, keys: Sequence[str], reference: str) -> tupl
     return above, below
 
 
-def further_numbers(dataset: xr.Dataset) -> Chart:
-    """Return further numbers over the angle of the patch, and below them their differences."""
-    panels = chain(*over_angle(dataset, FURTHER, reference_ics(dataset)))
-    return simple_chart("numbers", list(panels), len(FURTHER))
+def numbers_chart(dataset: xr.Dataset, keys: Sequence[str], reference: str, name: str) -> Chart:
+    """Return numbers over the angle of the patch, and below them their differences to the reference."""
+    above, below = over_angle(dataset, keys, reference)
+    return simple_chart(name, [*above, *below], len(keys))
 
 
 def profile_panels(

@@ -10,9 +10,9 @@ import numpy as np
 import xarray as xr
 
 from compare.pages.contact import FurtherSolution
-from compare.pages.contact_figures import MAIN, beside_numbers, loaded_part, over_angle, profile_panels
+from compare.pages.contact_figures import MAIN, beside_numbers, loaded_part, numbers_chart, profile_panels
 from compare.pages.contact_numbers import answer_table, case_labels, largest_case, numbers_table
-from compare.report.charts import Chart, Panel, simple_chart
+from compare.report.charts import Chart
 from compare.report.looks import ics_symbol
 from compare.report.parts import (
     Block,
@@ -87,7 +87,7 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
     yield Section("", [answer_chart(dataset), PROFILES])
     yield Folded("How far each of the ICs is off, and from which angle on", [*details(dataset)])
     if dataset.sizes["case"] > 1:
-        chart = numbers_chart(dataset, FURTHER, "numbers")
+        chart = numbers_chart(dataset, FURTHER, FE, "numbers")
         yield Folded("Further numbers over the angle of the patch", [chart])
     tables, quantities = [], {name: OF_FRICTIONLESS[name] for name in NUMBERS}
     for number, label in enumerate(case_labels(dataset)):
@@ -133,35 +133,29 @@ def _compared_ics(dataset: xr.Dataset) -> list[str]:
     return [name for name in ics_names(dataset) if name != FE]
 
 
-def numbers_chart(dataset: xr.Dataset, keys: tuple[str, ...], name: str) -> Chart:
-    """Return numbers over the angle of the patch, and below them their differences to finite elements."""
-    above, below = over_angle(dataset, keys, FE)
-    return simple_chart(name, [*above, *below], len(keys))
-
-
 def answer_chart(dataset: xr.Dataset) -> Chart:
-    """Return pressures at x = 0 by load beside numbers over the angle; below, differences to FE."""
-    profiles = {label: _profile(dataset, number) for number, label in enumerate(case_labels(dataset))}
+    """Return pressures at x = 0 by load beside numbers over the angle; below, differences to FE.
+
+    Differences of pressures are at the nodes of finite elements.
+    """
+    profiles = {}
+    for number, label in enumerate(case_labels(dataset)):
+        p, p_fe = pressures(dataset, number), dataset.p_fe.isel(case=number).dropna("s_fe")
+        part = loaded_part(p)
+        s = p.s.values[part]
+        lines = {name: (s, p.sel(ics=name).values[part]) for name in _compared_ics(dataset)}
+        if not p_fe.size:
+            profiles[label] = profile_panels("pressure at x = 0, without FE", lines, {}, FE)
+            continue
+        with_fe, s_fe = p_fe.values, p_fe.s_fe.values
+        inside = (s_fe >= s[0]) & (s_fe <= s[-1])
+        with_fe, s_fe = with_fe[inside], s_fe[inside]
+        differences = {
+            name: (s_fe, np.interp(s_fe, at, values) - with_fe) for name, (at, values) in lines.items()
+        }
+        title = f"pressure at x = 0, patch over {float(dataset.angle.sel(ics=FE)[number]):.0f}°"
+        profiles[label] = profile_panels(title, lines | {FE: (s_fe, with_fe)}, differences, FE)
     return beside_numbers(dataset, profiles, FE)
-
-
-def _profile(dataset: xr.Dataset, number: int) -> list[Panel]:
-    """Return pressures along s at x = 0, and below them differences at the nodes of finite elements."""
-    p, p_fe = pressures(dataset, number), dataset.p_fe.isel(case=number).dropna("s_fe")
-    part = loaded_part(p)
-    s = p.s.values[part]
-    lines = {name: (s, p.sel(ics=name).values[part]) for name in _compared_ics(dataset)}
-    if not p_fe.size:
-        return profile_panels("pressure at x = 0, without FE", lines, {}, FE)
-    with_fe, s_fe = p_fe.values, p_fe.s_fe.values
-    inside = (s_fe >= s[0]) & (s_fe <= s[-1])
-    with_fe, s_fe = with_fe[inside], s_fe[inside]
-    differences = {
-        name: (s_fe, np.interp(s_fe, at, values) - with_fe) for name, (at, values) in lines.items()
-    }
-    angle = float(dataset.angle.sel(ics=FE)[number])
-    title = f"pressure at x = 0, patch over {angle:.0f}°"
-    return profile_panels(title, lines | {FE: (s_fe, with_fe)}, differences, FE)
 
 
 def cost(dataset: xr.Dataset) -> str:
@@ -197,7 +191,7 @@ def stored_solution(results: ContactResults, store: Store) -> FurtherSolution | 
         return None
     named = [prefix + name for name in NUMBERS for prefix in ("", "estimate_")]
     with_fe = fe_contacts[named].sel(ics=FE)
-    chart = numbers_chart(fe_contacts, (*MAIN, *FURTHER), "fe")
+    chart = numbers_chart(fe_contacts, (*MAIN, *FURTHER), FE, "fe")
     return FurtherSolution(
         FE,
         Folded(

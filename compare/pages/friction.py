@@ -122,11 +122,6 @@ def main_number(dataset: xr.Dataset, prefix: str = "") -> xr.DataArray:
     return 100 * scaled_force(dataset, f"{prefix}F_x")
 
 
-def main_estimate(dataset: xr.Dataset) -> xr.DataArray:
-    """Return the estimated error of the main number [%]."""
-    return main_number(dataset, "estimate_")
-
-
 def difference(dataset: xr.Dataset) -> xr.DataArray:
     """Return the main number minus the reference's [%]."""
     number = main_number(dataset)
@@ -143,7 +138,7 @@ def largest_differences(dataset: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray
 
     By the triangle inequality, the estimate of a difference is the sum of those of both.
     """
-    known, away = main_estimate(dataset), abs(difference(dataset))
+    known, away = main_number(dataset, "estimate_"), abs(difference(dataset))
     both = known + known.sel(ics=reference_ics(dataset))
     at = away.fillna(0.0).argmax(["friction", MOTIONS[motion_name(dataset)].dimension])
     return away.isel(at), both.isel(at)
@@ -209,7 +204,8 @@ def curves_by_ics(
 
 def difference_panel(dataset: xr.Dataset, contacts: xr.Dataset, title: str) -> Panel:
     """Return the differences of the main number of contacts at one friction, with estimates."""
-    curves = curves_by_ics(places(dataset), difference(contacts), main_estimate(contacts))
+    estimate = main_number(contacts, "estimate_")
+    curves = curves_by_ics(places(dataset), difference(contacts), estimate)
     return Panel(title, abscissa(dataset).title, f"difference [{difference_unit(dataset)}]", curves)
 
 

@@ -162,7 +162,13 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
     drawn = chart(dataset)
     yield Section("", [drawn if drawn.steps else "All ways are as good as the reference.", Note(READING)])
     if not of_ics:
-        yield Folded("What errors are shares of", [_scales_table(dataset), Note(SHARES)])
+        judged, points = (dataset[name].sum("case") for name in ("judged", "points"))
+        rows = [
+            Row(str(name), [str(dataset.scale.sel(number=name).item()), f"{known.item()} of {every.item()}"])
+            for name, known, every in zip(dataset.number.values, judged, points, strict=True)
+        ]
+        scales = Table("number", [*texts("error is a"), *numbers("known at")], rows)
+        yield Folded("What errors are shares of", [scales, Note(SHARES)])
     cases = _cases(dataset) if of_ics else [None]
     names = known_numbers(dataset)
     marks = Note(
@@ -181,21 +187,6 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
     if not of_ics:
         yield Folded("Rigid motions and supports of the bodies", [dataset.attrs["discounted"], APPROACH])
     yield Folded("Scene file", [Verbatim(dataset.attrs["scene"])])
-
-
-def _scales_table(dataset: xr.Dataset) -> Table:
-    judged, points = (dataset[name].sum("case") for name in ("judged", "points"))
-    rows = [
-        Row(
-            str(name),
-            [
-                str(dataset.scale.sel(number=name).item()),
-                f"{judged.sel(number=name).item()} of {points.sel(number=name).item()}",
-            ],
-        )
-        for name in dataset.number.values
-    ]
-    return Table("number", [*texts("error is a"), *numbers("known at")], rows)
 
 
 def _errors_table(dataset: xr.Dataset, names: Sequence[str], case: str | float | None) -> Table:

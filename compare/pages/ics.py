@@ -147,11 +147,6 @@ def row_name(variant: str) -> str:
     return "C ±" if variant == "C" else ics_symbol(variant)
 
 
-def body_name(body: str) -> str:
-    """Return a body as texts name it."""
-    return "of both bodies together" if body == "combined" else f"of the {body} body"
-
-
 def combined_first(bodies: Iterable[str]) -> list[str]:
     """Return bodies in their order, but both together first."""
     return sorted(map(str, bodies), key=lambda body: body != "combined")

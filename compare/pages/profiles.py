@@ -5,7 +5,7 @@ written over that of another file.
 """
 
 from collections.abc import Iterator, Sequence
-from itertools import count
+from itertools import chain, count
 from pathlib import Path
 
 import numpy as np
@@ -158,24 +158,22 @@ def _panels(understood: Understood) -> list[Panel]:
 
 
 def page_folders(profiles: Sequence[Understood], out: Path) -> list[Path]:
-    """Return a folder in `out` for each profile: the first of its names that has no page of another file."""
+    """Return a folder in `out` for each profile: the first of its names that has no page of another file.
+
+    Names are that of the file, with its ending, with its folders one after the other, and numbered.
+    """
     result: list[Path] = []
     for one in profiles:
-        free = (folder for name in _folder_names(one) if (folder := out / name) not in result)
-        result.append(next(folder for folder in free if _is_free(folder / "profile.nc", one)))
+        path = Path(one.file)
+        names = [one.figure.name, f"{one.figure.name}-{path.suffix.removeprefix('.') or 'profile'}"]
+        for parent in path.parents[:-1]:
+            names.append(f"{parent.name}-{names[-1]}")
+        numbered = map(f"{names[-1]}-{{}}".format, count(2))
+        for folder in (out / name for name in chain(names, numbered)):
+            if folder not in result and _is_free(folder / "profile.nc", one):
+                result.append(folder)
+                break
     return result
-
-
-def _folder_names(profile: Understood) -> Iterator[str]:
-    """Yield names of a folder: that of the file, with its ending, with its folders, and numbered."""
-    name, path = profile.figure.name, Path(profile.file)
-    yield name
-    name = f"{name}-{path.suffix.removeprefix('.') or 'profile'}"
-    yield name
-    for parent in path.parents[:-1]:
-        name = f"{parent.name}-{name}"
-        yield name
-    yield from (f"{name}-{number}" for number in count(2))
 
 
 def _is_free(page: Path, profile: Understood) -> bool:

@@ -64,7 +64,15 @@ def sections(scene: Scene) -> Figure:
             axes.set(aspect="equal", xlabel="y [mm]", ylabel="z [mm]")
         window = HALF_WINDOW * max(np.max(np.abs(line.s)) for line in scene.lines)
         near.set(xlim=(-window, window), ylim=(-window, window))
-        _draw_marks(near, scene)
+        contour = scene.bodies["lower"].contour
+        patch = contour.position(scene.patch.s + np.linspace(-scene.patch.b, scene.patch.b, 9))
+        near.plot(*patch, color="black", linewidth=4, label="patch")
+        for line in scene.lines:
+            points = contour.position(line.s if line.along == "s" else line.s[:1])
+            near.plot(*points, "k:" if line.along == "s" else "kx", linewidth=1.5, label=f"line {line.name}")
+        if contour.joints:
+            joints = contour.position(np.array(contour.joints))
+            near.plot(*joints, "ko", markersize=4, mfc="white", label="arc/flank joint")
         outlines = [body.outline.size for body in scene.bodies.values() if body.outline is not None]
         if outlines:  # the other body may have a far arc, and be much larger
             limits = BESIDE_OUTLINE * max(outlines) * np.array([-1, 1])
@@ -104,23 +112,6 @@ def _closing(body: Body, right: Array, left: Array) -> Array:
         angle = np.linspace(*ends, 101)
         arcs.append(far_radius * np.stack([np.sign(y) * np.cos(angle), body.side * np.sin(angle)]))
     return np.hstack([arcs[0], arcs[1][:, ::-1]])
-
-
-def _draw_marks(axes: Axes, scene: Scene) -> None:
-    contour = scene.bodies["lower"].contour
-    patch = contour.position(scene.patch.s + np.linspace(-scene.patch.b, scene.patch.b, 9))
-    axes.plot(*patch, color="black", linewidth=4, label="patch")
-    for line in scene.lines:
-        points = contour.position(line.s if line.along == "s" else line.s[:1])
-        axes.plot(*points, "k:" if line.along == "s" else "kx", linewidth=1.5, label=f"line {line.name}")
-    if contour.joints:
-        axes.plot(
-            *contour.position(np.array(contour.joints)),
-            "ko",
-            markersize=4,
-            mfc="white",
-            label="arc/flank joint",
-        )
 
 
 def _draw_plan(axes: Axes, scene: Scene, side: int = 1) -> None:

@@ -3,7 +3,6 @@
 Results are compared with those with the best ICs of each contact: C, or else B-hat.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -45,11 +44,6 @@ P_MAX = Quantity("p_max", "p_max", "MPa", ".0f")
 F_X, F_Y = (Quantity(name, name, "kN", ".2f", 1e-3, of_friction=True) for name in ("F_x", "F_y"))
 WORK = Quantity("work", "work of friction", "J/m", ".1f")
 OF_ROLLING = (F_X, F_Y, WORK)
-
-
-def compared_quantities(dataset: xr.Dataset) -> tuple[Quantity, ...]:
-    """Return the quantities by which ICs are compared."""
-    return (P_MAX, *OF_ROLLING) if "F_x" in dataset else (P_MAX,)
 
 
 def rank_ics(dataset: xr.Dataset) -> list[str]:
@@ -217,16 +211,21 @@ def places(dataset: xr.Dataset) -> Chart:
 
 
 def _section(dataset: xr.Dataset, at: xr.Dataset, side: str) -> Panel:
-    """Return the section of a side seen along the track: the left wheel is at the left."""
+    """Return the section of a side seen along the track, with its patches with the best ICs.
+
+    The left wheel is at the left.
+    """
     rail, wheel = dataset[f"rail_{side}"].values, wheel_in_place(dataset, at, side)
     low = wheel[:, wheel[1] < HIGH]
     top = float(rail[0, np.argmax(rail[1])])
-    curves = [
-        Curve("rail", rail[0], rail[1], STEEL),
-        Curve("wheel", low[0], low[1], TYRE),
-        *_on_rail(dataset, at, side),
-        Curve("touching point", [float(at.y.sel(side=side))], [float(at.z.sel(side=side))], POINT),
-    ]
+    curves = [Curve("rail", rail[0], rail[1], STEEL), Curve("wheel", low[0], low[1], TYRE)]
+    s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(rail, axis=1)))])
+    s = s - s[np.argmax(rail[1])]
+    for start, end in patch_ranges(at, side):
+        within = np.concatenate([[start], s[(s > start) & (s < end)], [end]])
+        curves.append(Curve("patch", np.interp(within, s, rail[0]), np.interp(within, s, rail[1]), PATCH))
+    touching = [float(at.y.sel(side=side))], [float(at.z.sel(side=side))]
+    curves.append(Curve("touching point", *touching, POINT))
     angle, radius = (float(at[name].sel(side=side)) for name in ("contact_angle", "radius"))
     return Panel(
         f"{side} wheel: {angle:.1f}°, r = {radius:.2f} mm",
@@ -251,16 +250,6 @@ def wheel_in_place(dataset: xr.Dataset, at: xr.Dataset, side: str) -> Array:
     roll = sign * float(at["roll"]) / 1e3
     cos, sin = np.cos(roll), np.sin(roll)
     return np.array([cos * y - sin * z + sign * float(at.axle_shift), sin * y + cos * z + float(at.height)])
-
-
-def _on_rail(dataset: xr.Dataset, at: xr.Dataset, side: str) -> Iterator[Curve]:
-    """Yield the parts of the rail that are in contact, with the best ICs."""
-    y, z = dataset[f"rail_{side}"].values
-    s = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(y), np.diff(z)))])
-    s = s - s[np.argmax(z)]
-    for low, high in patch_ranges(at, side):
-        inner = np.concatenate([[low], s[(s > low) & (s < high)], [high]])
-        yield Curve("patch", np.interp(inner, s, y), np.interp(inner, s, z), PATCH)
 
 
 def patch_ranges(at: xr.Dataset, side: str) -> list[tuple[float, float]]:

@@ -8,10 +8,10 @@ import xarray as xr
 
 from compare.pages.shift_figures import (
     LIMITS,
+    OF_ROLLING,
     P_MAX,
     Quantity,
     compared_ics,
-    compared_quantities,
     difference,
     reference_names,
 )
@@ -25,7 +25,7 @@ from femic.results.wheelset import value_text
 
 def answer_table(dataset: xr.Dataset) -> Table:
     """Return for each ICs and quantity at which shifts they are good to 1, 5 and 10 %, and the worst."""
-    quantities, rows = compared_quantities(dataset), []
+    quantities, rows = (P_MAX, *OF_ROLLING) if "F_x" in dataset else (P_MAX,), []
     for name in compared_ics(dataset):
         for quantity in quantities:
             off = difference(dataset, name, quantity)
@@ -33,7 +33,7 @@ def answer_table(dataset: xr.Dataset) -> Table:
                 continue
             label = f"{ics_symbol(name)}: {quantity.label}" if len(quantities) > 1 else ics_symbol(name)
             within = [shifts_within(dataset, name, limit, quantity) for limit in LIMITS]
-            own = worst_contact(dataset, name, quantity)
+            own = dataset.isel(abs(off).fillna(-1).argmax(["shift", "side"]))
             values = [
                 Cell(quantity.per_unit * float(own[quantity.name].sel(ics=each)), quantity.form)
                 for each in (name, best_ics(dataset, own, quantity.name))
@@ -62,11 +62,6 @@ def shifts_within(dataset: xr.Dataset, ics: str, limit: float, quantity: Quantit
         for a, b in zip(starts, ends, strict=True)
     ]
     return join_words(parts) or "no shift"
-
-
-def worst_contact(dataset: xr.Dataset, ics: str, quantity: Quantity = P_MAX) -> xr.Dataset:
-    """Return the contact in which some ICs differ most from the best."""
-    return dataset.isel(abs(difference(dataset, ics, quantity)).fillna(-1).argmax(["shift", "side"]))
 
 
 def best_ics(dataset: xr.Dataset, own: xr.Dataset, quantity: str = "p_max") -> str:
@@ -198,24 +193,19 @@ def each_patch_table(dataset: xr.Dataset, *, several: bool) -> Table | None:
     return Table(CONTACT, [Column("patch"), *_columns(EACH_PATCH)], rows) if rows else None
 
 
-def force_table(dataset: xr.Dataset) -> Table:
-    """Return the creep forces of all contacts with the best ICs, with their estimated errors."""
-    rows = [
-        Row(label, [ics_symbol(best.ics.item()), *_cells(best, FORCES, estimates=True)])
-        for label, best in _contacts(dataset, "F_x")
-    ]
-    return Table(CONTACT, [*texts("ICs"), *_columns(FORCES)], rows)
+def rolling_table(dataset: xr.Dataset, *, by_area: bool = False) -> Table:
+    """Return forces, slip and work of all contacts that roll, with the best ICs and estimated errors.
 
-
-def rolling_patch_table(dataset: xr.Dataset) -> Table:
-    """Return forces, slip and work of the areas that roll, with the best ICs."""
-    rows = []
+    By area: those of each area that rolls, without errors.
+    """
+    shown, rows = AREA if by_area else FORCES, []
     for label, best in _contacts(dataset, "F_x"):
-        for k in range(dataset.sizes["area"]):
-            if np.isfinite(best.area_F_n[k]):
-                ics = "" if k else ics_symbol(best.ics.item())
-                rows.append(Row("" if k else label, [ics, *_cells(best.isel(area=k), AREA)]))
-    return Table(CONTACT, [*texts("ICs"), *_columns(AREA)], rows)
+        parts = [best.isel(area=k) for k in np.flatnonzero(np.isfinite(best.area_F_n))] if by_area else [best]
+        for k, part in enumerate(parts):
+            ics = "" if k else ics_symbol(best.ics.item())
+            cells = _cells(part, shown, estimates=not by_area)
+            rows.append(Row("" if k else label, [ics, *cells]))
+    return Table(CONTACT, [*texts("ICs"), *_columns(shown)], rows)
 
 
 def wheelset_table(dataset: xr.Dataset) -> Table:

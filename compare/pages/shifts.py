@@ -12,12 +12,11 @@ from compare.pages.shift_tables import (
     answer_table,
     best_ics,
     each_patch_table,
-    force_table,
     geometry_table,
     grid_table,
     patch_table,
     pressure_table,
-    rolling_patch_table,
+    rolling_table,
     values_table,
     wheelset_table,
 )
@@ -54,6 +53,22 @@ FORCES = (
     "turns the front of the wheel outwards; utilised is the tangential force over the sum of friction times "
     "pressures; p_max is that with friction."
 )
+ROLLING = (
+    "Steady rolling, coefficient of friction {friction:g}{factor}. Creepage at the nominal radius: "
+    "{longitudinal} (free: no torque acts on the axle); lateral velocity of the wheelset: {lateral:g} V to "
+    "the left; yaw rate: {spin:g} V per mm to the left. F_x is positive in the rolling direction, F_y "
+    "towards the middle of the track, with the part of the inclined pressures. Differences of forces are "
+    "shares of friction times load, {unit:.3g} kN, those of the work of friction (T-gamma, per rolled "
+    "distance) shares of itself. Bands: estimated errors by the size of elements, which all ICs of a contact "
+    "share."
+)
+AXLE = (
+    "The creepage is that at the nominal radius; the steering moment is that of the longitudinal forces, "
+    "positive where it turns the wheelset to the right, which is back to the middle for a shift to the left. "
+    "The torque about the axle takes each traction on its own circle: over the rolling radius it differs "
+    "from F_x by up to {:.0f} N."
+)
+CONICITY = "Equivalent conicity {} (EN 15302). {} Touching points jump at [mm]: {}."
 CONVENTION = (
     "Shifts are those of the wheelset at the rails, to the left; the roll follows from both wheels touching. "
     "Touching points and rolling radii are those of the undeformed profiles."
@@ -96,10 +111,16 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
     if (several := each_patch_table(dataset, several=True)) is not None:
         yield Section("What each patch carries", [several, Note(PATCHES)])
     if rolls:
-        yield Section("Creep forces", [forces(dataset), Note(_rolling_note(dataset))])
+        pairs = json.loads(dataset.attrs["by_angle"])
+        factors = ", ".join(f"{factor:g} at {angle:g} degrees" for angle, factor in pairs)
+        unit = dataset.attrs["friction"] * dataset.attrs["load"] / 1000
+        factor = f" times a factor by the contact angle, {factors}" if pairs else ""
+        note = ROLLING.format(**dataset.attrs, factor=factor, unit=unit)
+        yield Section("Creep forces", [forces(dataset), Note(note)])
     yield Section("Where they touch", [places(dataset), Note(PLACES)])
     if rolls:
-        yield Section("The axle", [rolling(dataset), Note(_axle_note(dataset))])
+        torque = float(np.nanmax(np.abs(dataset.resistance)))
+        yield Section("The axle", [rolling(dataset), Note(AXLE.format(torque))])
     yield Section("Angles and radii", [geometry(dataset), Note(CONVENTION)])
     left_out = [f"{place} mm: {reason}" for place, reason in json.loads(dataset.attrs["refused"]).items()]
     not_rolling = json.loads(dataset.attrs.get("not_rolling", "{}"))
@@ -111,10 +132,13 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
     if (patches := each_patch_table(dataset, several=False)) is not None:
         yield Folded("All contacts: each patch", [patches, Note(PATCHES)])
     if rolls:
-        yield Folded("All contacts: creep forces", [force_table(dataset), Note(FORCES)])
-        yield Folded("All contacts: patches that roll", [rolling_patch_table(dataset), Note(AREAS)])
+        yield Folded("All contacts: creep forces", [rolling_table(dataset), Note(FORCES)])
+        yield Folded("All contacts: patches that roll", [rolling_table(dataset, by_area=True), Note(AREAS)])
         yield Folded("All shifts: axle", [wheelset_table(dataset)])
-    yield Folded("All shifts: geometry", [geometry_table(dataset), Note(_conicity_note(dataset))])
+    conicity = Cell(float(dataset.attrs["conicity"]), ".4f").text
+    jumps = ", ".join(f"{jump:g}" for jump in np.atleast_1d(dataset.attrs["jumps"])) or "–"
+    note = CONICITY.format(conicity, dataset.attrs["conicity_reason"], jumps)
+    yield Folded("All shifts: geometry", [geometry_table(dataset), Note(note)])
     yield Folded("How the profiles were understood", [Items(json.loads(dataset.attrs["notes"]))])
     yield Folded("All values, given and assumed", [values_table(dataset)])
     time = (
@@ -133,36 +157,3 @@ def _load_note(dataset: xr.Dataset) -> str:
         f"Vertical load {dataset.attrs['load'] / 1000:g} kN on each wheel. Strains are taken as small: "
         f"finite ones may change p_max by {strain:.0f} MPa where it is largest."
     )
-
-
-def _rolling_note(dataset: xr.Dataset) -> str:
-    attrs = dataset.attrs
-    pairs = ", ".join(f"{factor:g} at {angle:g} degrees" for angle, factor in json.loads(attrs["by_angle"]))
-    factor = f" times a factor by the contact angle, {pairs}" if pairs else ""
-    return (
-        f"Steady rolling, coefficient of friction {attrs['friction']:g}{factor}. Creepage at the nominal "
-        f"radius: {attrs['longitudinal']} (free: no torque acts on the axle); lateral velocity of the "
-        f"wheelset: {attrs['lateral']:g} V to the left; yaw rate: {attrs['spin']:g} V per mm to the left. "
-        "F_x is positive in the rolling direction, F_y towards the middle of the track, with the part of the "
-        "inclined pressures. Differences of forces are shares of friction times load, "
-        f"{attrs['friction'] * attrs['load'] / 1000:.3g} kN, those of the work of friction (T-gamma, per "
-        "rolled distance) shares of itself. Bands: estimated errors by the size of elements, which all ICs "
-        "of a contact share."
-    )
-
-
-def _axle_note(dataset: xr.Dataset) -> str:
-    largest = float(np.nanmax(np.abs(dataset.resistance)))
-    return (
-        "The creepage is that at the nominal radius; the steering moment is that of the longitudinal forces, "
-        "positive where it turns the wheelset to the right, which is back to the middle for a shift to the "
-        "left. The torque about the axle takes each traction on its own circle: over the rolling radius it "
-        f"differs from F_x by up to {largest:.0f} N."
-    )
-
-
-def _conicity_note(dataset: xr.Dataset) -> str:
-    conicity = Cell(float(dataset.attrs["conicity"]), ".4f").text
-    jumps = ", ".join(f"{jump:g}" for jump in np.atleast_1d(dataset.attrs["jumps"])) or "–"
-    reason = dataset.attrs["conicity_reason"]
-    return f"Equivalent conicity {conicity} (EN 15302). {reason} Touching points jump at [mm]: {jumps}."

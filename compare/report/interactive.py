@@ -1,6 +1,6 @@
 """Charts to explore: what `templates/explore.js` gives to Plotly, as JSON."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from functools import cache
 from html import escape
 from importlib import resources
@@ -77,7 +77,9 @@ def _panel(panel: Panel) -> dict[str, Any]:
     layout = _axes(panel)
     for k, (axis, limits) in enumerate((("xaxis", panel.limits_x), ("yaxis", panel.limits_y))):
         if "dtick" in layout[axis]:
-            decades = _decades([curve.points[k] for curve in panel.curves])
+            values = np.concatenate([np.zeros(0), *(curve.points[k] for curve in panel.curves)])
+            powers = np.log10(values[np.isfinite(values) & (values > 0)])
+            decades = int(np.floor(powers.max()) - np.ceil(powers.min())) if powers.size else 1  # whole ones
             layout[axis]["dtick"] = max(1, -(-decades // MOST_DECADES))
             if decades < 1:
                 del layout[axis]["dtick"]  # Plotly then labels ticks between powers of ten
@@ -117,13 +119,6 @@ def _axes(cell: Panel | Map) -> dict[str, Any]:
         layout["yaxis"] |= {"scaleanchor": "x", "constrain": "domain"}
         layout["xaxis"] |= {"constrain": "domain"}
     return layout
-
-
-def _decades(lines: Sequence[Array]) -> int:
-    """Return how many whole decades lie within the positive values of lines, (n,) each; 1 without values."""
-    values = np.concatenate([np.zeros(0), *lines])
-    powers = np.log10(values[np.isfinite(values) & (values > 0)])
-    return int(np.floor(powers.max()) - np.ceil(powers.min())) if powers.size else 1
 
 
 def _curve(curve: Curve) -> Iterator[Trace]:

@@ -112,7 +112,7 @@ def write_page(page: Page, path: Path, prefix: str = "") -> Path:
     environment.filters["embedded"] = lambda block: _embed(block, figures, prefix)
     environment.filters["on_paper"] = lambda chart: _on_paper(chart, figures, prefix)
     environment.filters["explorable"] = interactive.as_json
-    environment.filters["typeset"] = _typeset
+    environment.filters["typeset"] = lambda text: Markup(INDICES.sub(r"\1<sub>\2</sub>", str(escape(text))))
     sections = list(page.sections)
     plotly = Markup(interactive.plotly_js()) if any(map(_has_chart, sections)) else ""
     text = environment.get_template("page.html.j2").render(page=page, sections=sections, plotly=plotly)
@@ -121,11 +121,6 @@ def write_page(page: Page, path: Path, prefix: str = "") -> Path:
 
 def _has_chart(block: Block) -> bool:
     return isinstance(block, Chart) or any(map(_has_chart, getattr(block, "blocks", ())))
-
-
-def _typeset(text: str) -> Markup:
-    """Return a text with the indices of ICs, such as C_nn, as subscripts."""
-    return Markup(INDICES.sub(r"\1<sub>\2</sub>", str(escape(text))))
 
 
 def _embed(block: Picture, folder: Path, prefix: str) -> str:

@@ -285,7 +285,9 @@ def _draw_map(figure: Figure, axes: Axes, drawn: Map) -> None:
         ticks = {"ticks": range(count), "format": lambda value, _: drawn.classes[round(value)]}
     elif drawn.scale == "logarithmic":
         least = high / 10**drawn.decades
-        style["norm"], ticks = SymLogNorm(least, vmin=low, vmax=high), {"ticks": _powers(least, high)}
+        powers = 10.0 ** np.arange(np.ceil(np.log10(least)), np.floor(np.log10(high)) + 1)
+        style["norm"] = SymLogNorm(least, vmin=low, vmax=high)
+        ticks = {"ticks": np.concatenate([-powers[::-1], [0.0], powers])}
     elif drawn.scale == "positive":
         masked = np.ma.masked_invalid(np.maximum(drawn.values.T, low))
         style["norm"], ticks = LogNorm(low, high), {"format": "%g"}
@@ -300,12 +302,6 @@ def _draw_map(figure: Figure, axes: Axes, drawn: Map) -> None:
             line.set_path_effects(HALO)
     if drawn.to_scale:
         axes.set_aspect("equal")
-
-
-def _powers(least: float, largest: float) -> Array:
-    """Return 0 and the powers of ten of both signs whose size is between two numbers, in growing order."""
-    powers = 10.0 ** np.arange(np.ceil(np.log10(least)), np.floor(np.log10(largest)) + 1)
-    return np.concatenate([-powers[::-1], [0.0], powers])
 
 
 def _edges(at: Array, *, log: bool) -> Array:

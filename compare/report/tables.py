@@ -102,12 +102,6 @@ class Table:
         return not all(row.name for row in self.rows)
 
 
-def cell(value: float | xr.DataArray, estimate: float | xr.DataArray = np.nan, digits: int = 4) -> Cell:
-    """Return a cell with a number, and its estimate below."""
-    below = "" if np.isnan(float(estimate)) else f"± {float(estimate):.2g}"
-    return Cell(float(value), f".{digits}g", below)
-
-
 def with_estimate(value: float | xr.DataArray, estimate: float | xr.DataArray) -> str:
     """Return a number and its estimate, rounded to two digits of the estimate, such as 684.3 ± 4.3.
 

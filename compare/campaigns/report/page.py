@@ -22,7 +22,6 @@ from compare.campaigns.report.charts import (
 from compare.campaigns.report.fields import (
     LEVELS,
     LOWEST,
-    Advice,
     Field,
     ShownAxis,
     evenly_spaced,
@@ -104,10 +103,19 @@ def count_scenes(dataset: xr.Dataset) -> str:
 def _folded_sections(dataset: xr.Dataset, fields: Sequence[Field]) -> Iterator[Folded | Section]:
     """Yield tables, failures, cost and the campaign, shown on request."""
     if fields:
+        note = ""
+        if not is_grid(dataset):
+            note = (
+                "Rank correlations (Spearman) of sizes: +1 where both always grow together, 0 without order."
+            )
+        elif has_crossings(dataset, fields):
+            note = (
+                f"Places along {main_axis(read_axes(dataset)).name} are interpolated linearly between "
+                "scenes. Small: where a level is exceeded most, then where least. All places: "
+                f"`{CROSSINGS}`."
+            )
         tables = [table for field in fields for table in field_tables(field, dataset)]
-        yield Folded(
-            "Where numbers are large, and the largest", [Note(_note_on_tables(dataset, fields)), *tables]
-        )
+        yield Folded("Where numbers are large, and the largest", [Note(note), *tables])
     else:
         yield Section("", ["Nothing is computed yet."])
     if failures := failure_table(dataset):
@@ -116,20 +124,13 @@ def _folded_sections(dataset: xr.Dataset, fields: Sequence[Field]) -> Iterator[F
     yield Folded("The campaign", [Verbatim(str(dataset.attrs["campaign"]))])
 
 
-def _note_on_tables(dataset: xr.Dataset, fields: Sequence[Field]) -> str:
-    if not is_grid(dataset):
-        return "Rank correlations (Spearman) of sizes: +1 where both always grow together, 0 without order."
-    if not has_crossings(dataset, fields):
-        return ""
-    return (
-        f"Places along {main_axis(read_axes(dataset)).name} are interpolated linearly between scenes. Small: "
-        f"where a level is exceeded most, then where least. All places: `{CROSSINGS}`."
-    )
-
-
 # --- charts ---------------------------------------------------------------------------------------------
 
 
+ADVISED = (
+    "The cheapest ICs whose error, with the estimate of C, is at most `ics_tolerance`; of random scenes over "
+    "the first two axes, else at the first values of those after the third."
+)
 LINES = f"Lines: {join_words(f'{100 * level:g}' for level in LEVELS)} %."
 
 
@@ -140,7 +141,12 @@ def _chart_sections(dataset: xr.Dataset, fields: Sequence[Field]) -> Iterator[Se
         return
     failed, meanings = dataset["failure"].astype(str) != "", f"{'; '.join(axis.meaning for axis in axes)}."
     if advice := find_advice(dataset):
-        yield _advice_section(advice, axes, failed, meanings)
+        shown: list[Block] = [
+            advice_table(advice),
+            advised_chart(advice, axes, failed),
+            Note(f"{ADVISED} {meanings}"),
+        ]
+        yield Section("Which ICs are good enough", shown)
     ratings = [field for field in fields if field.rates_ics]
     for field in sorted(fields, key=lambda field: not field.rates_ics):
         if "sample" not in failed.dims and len(axes) > 1:
@@ -153,18 +159,6 @@ def _chart_sections(dataset: xr.Dataset, fields: Sequence[Field]) -> Iterator[Se
         elif field in ratings and not advice:
             sections[0] = replace(sections[0], heading="")
         yield from sections
-
-
-def _advice_section(
-    advice: Advice, axes: Sequence[ShownAxis], failed: xr.DataArray, meanings: str
-) -> Section:
-    text = (
-        "The cheapest ICs whose error, with the estimate of C, is at most `ics_tolerance`; of random scenes "
-        f"over the first two axes, else at the first values of those after the third. {meanings}"
-    )
-    return Section(
-        "Which ICs are good enough", [advice_table(advice), advised_chart(advice, axes, failed), Note(text)]
-    )
 
 
 def _line_blocks(field: Field, axes: Sequence[ShownAxis], meanings: str) -> Iterator[Block]:

@@ -1,6 +1,5 @@
 """`femic calibrate`, `calibrate-map`: what is fitted to what, files, scenes with the fit, messages."""
 
-import json
 import tomllib
 from dataclasses import replace
 
@@ -22,7 +21,7 @@ from compare.pages.calibration import (
     translation,
 )
 from compare.report.errors import percent
-from compare.report.interactive import as_json, plotly_js
+from compare.report.interactive import plotly_js
 from femic.cache.store import Store
 from femic.cli.main import DONE, WRONG_INPUT, exit_code
 from femic.reference.harmonic import engine as harmonic
@@ -31,10 +30,9 @@ from femic.reference.solid import engine as solid
 from femic.results.calibration import calibrate, target_from, with_properties
 from femic.results.ics import compute, reference_ics
 from femic.scenes.load import load_scene, scene_from_table
-from geometries.errors import WrongInput
 from tests.coarse import coarse_sections
 from tests.compare.conftest import scene_text
-from tests.pages import widest
+from tests.compare.pages import read_chart, read_traces, require_room
 
 CALIBRATION = "\n[calibration]\npoints = 40\nx_max = 12.0\n"
 HARMONIC = "[engine]\nfar_radius = 80.0\ntolerance = 0.5\ncheck = true\n" + CALIBRATION
@@ -169,19 +167,6 @@ def test_second_calibration_solves_nothing(made, monkeypatch, calibrated):
     assert weighted.fits["combined"].effective != calibrated.fits["combined"].effective
 
 
-@pytest.mark.slow  # summary and answer of two scenes are below
-def test_several_scenes_share_a_report(made, tmp_path, monkeypatch):
-    path, out = made
-    other = path.parent / "other.toml"
-    other.write_text(path.read_text(encoding="utf-8"), encoding="utf-8")
-    monkeypatch.setattr(harmonic, "build_section", lambda *_: pytest.fail("a mesh was made"))
-    arguments = ["calibrate", str(path), str(other), "--out", str(tmp_path), "--store", str(out / "store")]
-    assert exit_code(arguments) == DONE
-    assert (tmp_path / "mine" / "mine_calibrated.toml").is_file()
-    assert (tmp_path / "other" / "calibration.nc").is_file()
-    assert "other" in (tmp_path / "calibration.html").read_text(encoding="utf-8")
-
-
 def test_translation_is_least_squares_solution(calibrated, measured):
     scene, results = calibrated.scene, calibrated.results
     points = np.concatenate(
@@ -236,8 +221,8 @@ def test_answer_has_the_fit_and_the_errors_without_and_with_it(calibrated, measu
 def test_chart_has_the_fit_the_k_of_points_and_what_is_left_of_c(calibrated):
     """With its K, a point has its C; what is left at the points is the fitted minus the given ICs."""
     target, fitted = calibrated.targets["combined"], calibrated.fits["combined"].effective
-    property_panel, residual = json.loads(as_json(fits([calibrated])))["steps"][0]
-    drawn = {trace["name"]: trace for trace in property_panel["traces"]}
+    property_panel, residual = read_chart(fits([calibrated]))["steps"][0]
+    drawn = read_traces(property_panel)
     of_fit, half_space = drawn["fit, mine"], target.solid.constants.mismatch_k
     expected = fitted.mismatch_k.at(np.array(of_fit["x"]), half_space)
     np.testing.assert_allclose(of_fit["y"], expected, rtol=1e-4, atol=1e-6)
@@ -265,11 +250,8 @@ def test_chart_of_other_c_has_c_beside_it(calibrated, measured):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("width", [1280, 800, 400])
-def test_page_is_not_wider_than_the_window(made, browser, width):
-    page, table = widest(browser, made[1] / "calibration.html", width)
-    assert page <= width
-    assert table <= (770 if width == 800 else 1150)
+def test_page_is_not_wider_than_the_window(made, browser):
+    require_room(browser, made[1] / "calibration.html", {1280: 1150, 800: 770, 400: 1150})
 
 
 def test_refitted_translation_and_removed_curvature_have_right_sign(measured):
@@ -415,6 +397,10 @@ def test_curvature_apart_recovers_k_of_prismatic_bodies():
     assert abs(transitions["contained"].far - true.far) > 0.02
 
 
+WITHOUT_BOTH = scene_text('bodies = ["lower"]', engine="[engine]\ntolerance = 0.1\n")
+WITHOUT_PROPERTY = f'{scene_text()}\n[effective.combined]\ncurvature = "apart"\n'
+
+
 @pytest.mark.parametrize(
     ("table", "message"),
     [
@@ -434,43 +420,34 @@ def test_curvature_apart_recovers_k_of_prismatic_bodies():
     ],
 )
 def test_invalid_calibrations_are_refused_before_computation(table, message, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(harmonic, "build_section", lambda *_: pytest.fail("a mesh was made"))
-    path = tmp_path / "mine.toml"
     engine = HARMONIC.replace(CALIBRATION, f"\n[calibration]\n{table}\n")
-    path.write_text(scene_text(engine=engine), encoding="utf-8")
-    assert exit_code(["calibrate", str(path), "--out", str(tmp_path / "o")]) == WRONG_INPUT
-    assert message in " ".join(capsys.readouterr().err.split())
+    scenes = {"mine.toml": scene_text(engine=engine)}
+    assert message in refused(scenes, scenes, tmp_path, capsys, monkeypatch)
 
 
-def test_bodies_that_are_not_compared_cannot_be_calibrated(tmp_path, capsys):
-    path = tmp_path / "mine.toml"
-    path.write_text(scene_text('bodies = ["lower"]', engine="[engine]\ntolerance = 0.1\n"), encoding="utf-8")
-    assert exit_code(["calibrate", str(path), "--out", str(tmp_path / "o")]) == WRONG_INPUT
-    assert "calibration.bodies: combined not in bodies = lower" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ([], "give 1 to 5"),
+        (["flat"], "calibration: xn: all of its ICs are 0"),
+        (["one.toml", "a/one.toml"], "two have the same name"),
+        (["without_both.toml"], "calibration.bodies: combined not in bodies = lower"),
+        (["without_property.toml"], "effective.combined: names no property"),
+    ],
+)
+def test_unsuitable_scenes_are_refused_before_computation(given, message, tmp_path, capsys, monkeypatch):
+    text = scene_text(engine=HARMONIC)
+    scenes = {"one.toml": text, "a/one.toml": text, "without_both.toml": WITHOUT_BOTH}
+    scenes["without_property.toml"] = WITHOUT_PROPERTY
+    assert message in refused(scenes, given, tmp_path, capsys, monkeypatch)
 
 
-def test_calibration_of_equal_planes_is_refused_before_computation(tmp_path, capsys, monkeypatch):
+def refused(scenes, given, folder, capsys, monkeypatch):
+    """The message with which the command refuses some of the scenes, files or built-in ones."""
     monkeypatch.setattr(harmonic, "build_section", lambda *_: pytest.fail("a mesh was made"))
-    assert exit_code(["calibrate", "flat", "--out", str(tmp_path)]) == WRONG_INPUT
-    assert "calibration: xn: all of its ICs are 0" in capsys.readouterr().err
-
-
-def test_two_scenes_with_same_name_are_refused(tmp_path, capsys):
-    for folder in ("a", "b"):
-        (tmp_path / folder).mkdir()
-        (tmp_path / folder / "same.toml").write_text(scene_text(engine=HARMONIC), encoding="utf-8")
-    paths = [str(tmp_path / folder / "same.toml") for folder in ("a", "b")]
-    assert exit_code(["calibrate", *paths, "--out", str(tmp_path / "o")]) == WRONG_INPUT
-    assert "two have the same name" in capsys.readouterr().err
-
-
-def test_table_without_effective_properties_is_refused(tmp_path):
-    path = tmp_path / "mine.toml"
-    path.write_text(scene_text() + '\n[effective.combined]\ncurvature = "apart"\n', encoding="utf-8")
-    with pytest.raises(WrongInput, match=r"effective\.combined: names no property"):
-        load_scene(str(path))
-
-
-def test_calibration_without_scene_is_refused(capsys):
-    assert exit_code(["calibrate"]) == WRONG_INPUT
-    assert "give 1 to 5" in capsys.readouterr().err
+    for name, text in scenes.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text(text, encoding="utf-8")
+    paths = [str(folder / name) if name in scenes else name for name in given]
+    assert exit_code(["calibrate", *paths, "--out", str(folder / "o")]) == WRONG_INPUT
+    return " ".join(capsys.readouterr().err.split())

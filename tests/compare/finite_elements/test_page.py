@@ -1,7 +1,5 @@
 """What `femic fe-contact` writes: deviations of ICs from finite elements, and where they become too large."""
 
-import json
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -17,9 +15,8 @@ from compare.pages.finite_elements import (
     summary,
     write_fe_contact,
 )
-from compare.report import interactive
 from compare.report.tables import number_text
-from tests.pages import widest
+from tests.compare.pages import read_chart, read_texts, read_traces, require_room
 
 ANGLES, LOADS = [20.0, 60.0, 100.0], [1e3, 1e4, 1e5]
 OFF = {"A": [0.015, 0.06, 0.2], "C": [0.0, 0.004, -0.004], "FE": [0.0, 0.0, 0.0]}
@@ -93,7 +90,7 @@ def test_summary_states_pressure_by_finite_elements_and_deviations(dataset):
 def listed(dataset):
     """The note on the estimate, and texts of the table of details by ICs."""
     note, table = details(dataset)
-    return note, {row.name: [cell.text for cell in row.filled] for row in table.rows}
+    return note, read_texts(table)
 
 
 def test_details_state_deviations_and_their_onset(dataset):
@@ -126,8 +123,8 @@ def test_the_answer_has_loads_as_rows_and_deviations_beside(dataset):
 
 
 def drawn(dataset, cell, step=0):
-    cells = json.loads(interactive.as_json(answer_chart(dataset)))["steps"][step]
-    return {one["name"]: one for one in cells[cell]["traces"] if "name" in one}
+    cells = read_chart(answer_chart(dataset))["steps"][step]
+    return read_traces(cells[cell])
 
 
 def test_charts_have_pressures_and_their_differences_at_the_nodes_of_finite_elements(dataset):
@@ -184,7 +181,5 @@ def test_load_without_solution_by_finite_elements_is_reported_and_drawn_without_
 
 
 @pytest.mark.slow
-def test_nothing_is_wider_than_800_px(path, browser):
-    page, table = widest(browser, path, 800)
-    assert page <= 800
-    assert table <= 770
+def test_nothing_is_wider_than_the_window(path, browser):
+    require_room(browser, path)

@@ -11,6 +11,7 @@ from femic.reference.run_options import RunOptions
 from femic.results.friction import compute_with_friction, with_supports
 from tests.compare.friction.conftest import SAME, SOFTER
 from tests.compare.friction.scenes import scene
+from tests.compare.pages import read_texts
 
 ROLLING = {"motion": "rolling", "loads": [2e3], "longitudinal": [1e-4, 2e-3], "ics": ["C"], "friction": [0.2]}
 COMPRESSION = {"motion": "compression", "loads": [1e3, 2e3]}
@@ -52,7 +53,7 @@ def test_page_has_a_table_of_changes_with_other_supports(supported, tmp_path):
     assert f'<th class="name">computed with C, friction 0.2, {place}</th>' in page
     assert f"<th>change with {SOFTER}</th>" in page
     (table,) = support_tables(dataset)
-    rows = {row.name: [cell.text for cell in row.filled] for row in table.rows}
+    rows = read_texts(table)
     numbers = [name for name in motions.MOTIONS[motion].quantities if not vanishes(dataset, name)]
     assert list(rows) == [quantity_label(dataset, name).title for name in numbers]
     of_same, of_softer = (float(dataset.supported_approach.sel(supports=name)) for name in (SAME, SOFTER))

@@ -15,6 +15,7 @@ from femic.results.friction import compute_with_friction, with_supports
 from femic.scenes.errors import BadScene
 from femic.scenes.listing import listing
 from tests.compare.friction.scenes import scene
+from tests.compare.pages import require_number
 
 KEYS = {"motion": "transient", "loads": [2e3], "friction": [0.2, 0.5], "creepage": 1e-3}
 
@@ -71,9 +72,7 @@ def test_tables_have_some_distances_and_steady_rolling(dataset):
     rolling = dataset.sel(friction=0.5, ics="Bhat")
     for row, key in ((table.rows[-2], "F_x"), (table.rows[-1], "steady_F_x")):
         value, estimate = (np.ravel(rolling[name])[-1] for name in (key, f"estimate_{key}"))
-        cell = row.cells[1]
-        assert float(cell.text) == pytest.approx(value, abs=estimate / 10)
-        assert float(cell.below.removeprefix("± ")) == pytest.approx(estimate, rel=0.05)
+        require_number(f"{row.cells[1].text} {row.cells[1].below}", value, estimate)
     others = number_tables(dataset, STEADY)[1].blocks[0]
     assert len(others.rows) == 5 + 1
 
@@ -100,9 +99,7 @@ def test_the_answer_has_the_numbers_of_the_arrays(dataset):
         rolling = at.sel(ics=name)
         force, steady, distance, _ = (cell.text for cell in row.filled)
         for text, key in ((force, "F_x"), (steady, "steady_F_x")):
-            value, estimate = map(float, text.split(" ± "))
-            assert estimate == pytest.approx(np.ravel(rolling[f"estimate_{key}"])[-1], rel=0.05)
-            assert value == pytest.approx(np.ravel(rolling[key])[-1], abs=estimate / 10)
+            require_number(text, *(np.ravel(rolling[name])[-1] for name in (key, f"estimate_{key}")))
         assert float(distance) == pytest.approx(settling_distance(rolling), rel=1e-2)
     away = (100 * (dataset.F_x.sel(ics="A") - dataset.F_x.sel(ics="Bhat")) / dataset.friction / 2e3).values
     largest, known = map(float, transient_page.answer(dataset).rows[0].cells[3].split(" ± "))

@@ -2,10 +2,8 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from approx.halfspace import HalfSpace
-from femic.cache.files import write_dataset
 from femic.reference.discount import rigid_part
 from femic.results import ics_dataset as data
 from geometries.materials import both_bodies
@@ -68,14 +66,6 @@ def test_raw_and_discount_give_c(small):
         rigid = [rigid_part(m, results.scene.bodies[name], results.points, load) for load in loads]
         c = dataset.raw.sel(solved=name).values - np.swapaxes(rigid, 0, 1)
         np.testing.assert_allclose(dataset.ic.sel(variant="C", body=name), c, rtol=1e-12, atol=1e-20)
-
-
-def test_dataset_is_read_as_written(small, tmp_path):
-    _, dataset, _ = small
-    write_dataset(dataset, tmp_path / "ics.nc")
-    with xr.open_dataset(tmp_path / "ics.nc", engine="h5netcdf") as read:
-        xr.testing.assert_identical(read.load(), dataset)
-    assert [path.name for path in tmp_path.iterdir()] == ["ics.nc"]
 
 
 def test_csv_contains_curves_under_their_names(small, tmp_path):

@@ -11,7 +11,7 @@ import xarray as xr
 
 from compare.pages import matrix as page
 from compare.pages.matrix import PER_KILONEWTON, chart, response
-from compare.report.interactive import as_json, plotly_js
+from compare.report.interactive import plotly_js
 from femic.cache.store import Store
 from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
 from femic.reference.engines import SOLID
@@ -37,12 +37,11 @@ from femic.results.matrices import (
 from femic.results.matrix_check import ColumnCheck, check_columns, checked_strips
 from femic.scenes.errors import BadScene
 from femic.scenes.load import load_scene, scene_from_table
-from femic.scenes.receipts import key_of
 from geometries.errors import Failure
 from geometries.patches import COMPONENTS, DIRECTIONS
 from tests.coarse import coarse_sections
 from tests.compare.conftest import COARSE_ENGINE, scene_text
-from tests.pages import widest
+from tests.compare.pages import read_chart, require_room
 
 GRID = "\n[grid]\nn_x = 5\nn_s = 4\n"
 HARMONIC = "[engine]\ntolerance = 0.5\n"
@@ -134,7 +133,7 @@ def test_answer_has_the_numbers_of_each_matrix(results):
 
 
 def test_curves_and_maps_are_the_matrix_of_the_file(results, made):
-    content = json.loads(as_json(chart(response(results, 2))))
+    content = read_chart(chart(response(results, 2)))
     assert content["labels"] == list(COMPONENTS)
     with xr.open_dataset(made[1] / "matrix.nc", engine="h5netcdf") as file:
         per_load = PER_KILONEWTON * file.isel(loaded=2) / (file.attrs["dx"] * file.attrs["ds"])
@@ -155,7 +154,7 @@ def test_differences_are_those_of_curves_from_c_after_the_discount_of_the_source
     c = sum(results.matrices[body].column(strip, "source").ic[i, j] for body in ("lower", "upper"))
     grid, pair = results.scene.grid, results.scene.pair
     a = pair.approximate("A", grid.patch(strip), (grid.lags[:, None], grid.strips))[i, j] / grid.area
-    content = json.loads(as_json(chart(response(results, strip))))
+    content = read_chart(chart(response(results, strip)))
     cells = content["steps"][content["labels"].index(component)]
     for number, at in ((0, np.s_[0, :]), (2, np.s_[:, strip])):
         curves, differences = (
@@ -169,11 +168,8 @@ def test_differences_are_those_of_curves_from_c_after_the_discount_of_the_source
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("width", [1280, 800, 400])
-def test_page_is_not_wider_than_the_window(made, browser, width):
-    page_width, table = widest(browser, made[1] / "matrix.html", width)
-    assert page_width <= width
-    assert table <= (770 if width == 800 else 1150)
+def test_page_is_not_wider_than_the_window(made, browser):
+    require_room(browser, made[1] / "matrix.html", {1280: 1150, 800: 770, 400: 1150})
 
 
 def test_second_run_meshes_and_factors_nothing(made, monkeypatch, capsys):
@@ -190,22 +186,6 @@ def test_second_run_meshes_and_factors_nothing(made, monkeypatch, capsys):
     ):
         xr.testing.assert_equal(first, second)
     assert again.seconds > 0
-
-
-def test_key_of_results_depends_on_content_of_contour_file(tmp_path):
-    """The text of the scene is the same."""
-    table = {"E": 210e3, "nu": 0.3, "contour": {"kind": "points", "file": str(tmp_path / "rail.txt")}}
-    scene = {
-        "lower": table,
-        "upper": table,
-        "patch": {"a": 0.2, "b": 0.2},
-        "lines": [{"along": "x", "s": 1.0}],
-    }
-    y, keys = np.linspace(-9, 9, 31), []
-    for radius in (30.0, 30.0, 40.0):
-        np.savetxt(tmp_path / "rail.txt", np.column_stack([y, -(y**2) / (2 * radius)]))
-        keys.append(key_of(scene_from_table(scene, "rail"), 3))
-    assert keys[0] == keys[1] != keys[2]
 
 
 def test_maps_of_another_strip_need_no_new_models(made, monkeypatch):

@@ -10,7 +10,6 @@ from compare.pages import shift_figures as figures
 from compare.pages import shift_tables as tables
 from compare.pages import shifts as page
 from compare.pages.shift_figures import compared_ics, difference, reference_names, reference_values
-from compare.report.interactive import as_json
 from compare.report.tables import MINUS
 from femic.cache.store import Store
 from femic.reference.run_options import RunOptions, Watch
@@ -33,6 +32,7 @@ from geometries.errors import Failure, WrongInput
 from geometries.patches import Grid
 from geometries.profiles.standards import standard
 from geometries.track.wheelset import curves_in_place, settle
+from tests.compare.pages import read_chart, read_texts, read_traces
 
 SHIFTS = (-2.0, -1.0, 0.0, 1.0, 2.0)
 FILE = ShiftsFile(
@@ -210,7 +210,7 @@ def test_planar_contact_is_compared_and_never_a_reference(dataset):
     planar = with_planar(dataset, -0.5)
     assert compared_ics(planar)[-1] == "planar"
     assert "planar" not in reference_names(planar).values
-    rows = {row.name: [cell.text for cell in row.filled] for row in tables.answer_table(planar).rows}
+    rows = read_texts(tables.answer_table(planar))
     assert rows["planar"][:3] == ["no shift"] * 3
     assert rows["planar"][-1] == f"{MINUS}53.50"
     assert tables.answer_table(planar.sel(ics=["A", "planar"])).rows[0].name == "planar"
@@ -225,7 +225,7 @@ def test_limits_may_hold_at_all_shifts(dataset):
 
 def test_the_answer_table_has_the_numbers_of_the_dataset(dataset):
     table = tables.answer_table(dataset)
-    cells = {row.name: [cell.text for cell in row.filled] for row in table.rows}
+    cells = read_texts(table)
     assert cells["A"] == [
         "-2 to -1 mm",
         "-2 to 0 mm",
@@ -239,10 +239,10 @@ def test_the_answer_table_has_the_numbers_of_the_dataset(dataset):
 
 
 def test_the_charts_have_the_numbers_of_the_dataset(dataset):
-    content = json.loads(as_json(figures.pressures(dataset)))
-    traces = {trace["name"]: trace for trace in content["steps"][0][0]["traces"] if "name" in trace}
+    content = read_chart(figures.pressures(dataset))
+    traces = read_traces(content["steps"][0][0])
     np.testing.assert_allclose(traces["A"]["y"], dataset.p_max.sel(side="left", ics="A"), rtol=1e-5)
-    differences = {trace["name"]: trace for trace in content["steps"][0][2]["traces"]}
+    differences = read_traces(content["steps"][0][2])
     np.testing.assert_allclose(
         differences["A"]["y"], 100 * difference(dataset, "A").sel(side="left"), rtol=1e-5, atol=1e-9
     )
@@ -325,7 +325,7 @@ def test_page_dataset_and_progress_say_which_values_were_assumed(dataset, tmp_pa
     assert "right_wheel.nu" not in said
     text = page.write_shifts(dataset, tmp_path).read_text()
     assert said in text
-    rows = {row.name: [cell.text for cell in row.filled] for row in tables.values_table(dataset).rows}
+    rows = read_texts(tables.values_table(dataset))
     assert rows["track.rail_inclination"][:2] == ["0.025", "assumed"]
     assert rows["contact.ics"][:2] == ["A, Bhat", "given"]
     assert "contact.c_above_deg" in text

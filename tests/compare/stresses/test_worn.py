@@ -16,7 +16,7 @@ from femic.results.damage import compute_wear
 from femic.results.stressed_contact import require_stresses
 from femic.scenes.load import load_scene
 from geometries.errors import WrongInput
-from tests.compare.contact_frontier.scenes import text
+from tests.compare.frontier.scenes import text
 from tests.femic.contact.friction_problems import POINT, paraboloids, wheel_on
 
 ROLLING = 'motion = "rolling"\nfriction = [0.3]\nics = ["A"]'

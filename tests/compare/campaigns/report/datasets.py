@@ -8,8 +8,8 @@ import xarray as xr
 
 from compare.campaigns.report.fields import find_fields, prepare
 from compare.campaigns.report.page import sweep_page
-from compare.report import interactive
 from compare.report.charts import Chart
+from tests.compare.pages import read_chart
 
 VARIANTS = ["A", "Bhat", "C"]
 FLANKS, RATIOS = np.linspace(0.0, 60.0, 7), np.array([1.05, 1.2, 1.5])
@@ -98,7 +98,7 @@ def charts(dataset):
     """The charts of the page of a dataset, by name, as the browser gets them."""
     dataset = prepare(dataset)
     sections = sweep_page(dataset, find_fields(dataset)).sections
-    return {chart.name: json.loads(interactive.as_json(chart)) for chart in _charts_in(sections)}
+    return {chart.name: read_chart(chart) for chart in _charts_in(sections)}
 
 
 def _charts_in(blocks):

@@ -26,7 +26,7 @@ from tests.compare.campaigns.report.datasets import (
     on_three_axes,
     with_failures,
 )
-from tests.pages import widest
+from tests.compare.pages import read_texts, require_room
 
 
 def test_first_sentence_counts_scenes(grid):
@@ -44,7 +44,7 @@ def test_answer_has_the_largest_errors_with_estimates_and_where_they_are_too_lar
     (field,) = find_fields(grid)
     table = answer_table(field, grid)
     assert [column.title for column in table.columns] == ["nn [%]", "sn [%]"]
-    percent = {row.name: [cell.text for cell in row.cells] for row in table.rows}
+    percent = read_texts(table)
     for symbol, variant in (("A", "A"), ("B̂", "Bhat")):
         largest, known = 100 * error(variant, 60), 100 * ESTIMATE
         assert percent[symbol] == [f"{largest / 10:.3f} ± {known / 10:.3f}", f"{largest:.2f} ± {known:.2f}"]
@@ -159,28 +159,11 @@ def test_figures_of_before_are_removed(grid, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("width", [1280, 800, 400])
 @pytest.mark.parametrize("points", ["grid", "third", "samples"])
-def test_page_is_not_wider_than_the_window(request, points, width, browser, tmp_path):
+def test_page_is_not_wider_than_the_window(request, points, browser, tmp_path):
     grid = request.getfixturevalue("grid" if points == "third" else points)
     dataset = on_three_axes(grid) if points == "third" else grid
     failing = np.zeros(dataset.seconds.shape, dtype=bool)
     failing.flat[0] = True
-    page, table = widest(browser, write_sweep(with_failures(dataset, failing), tmp_path), width)
-    assert page <= width
-    assert table <= max(width, 800)
-
-
-@pytest.mark.slow
-def test_console_says_nothing_while_sliders_move(grid, browser, tmp_path):
-    page, said = browser.new_page(viewport={"width": 1280, "height": 900}), []
-    page.on("console", lambda message: said.append(message.text) if message.type == "error" else None)
-    page.on("pageerror", lambda failure: said.append(str(failure)))
-    page.goto(write_sweep(grid, tmp_path).as_uri())
-    page.wait_for_selector("#chart-within_errors .js-plotly-plot")
-    for chart, shown in (("within_errors", "1 %"), ("errors", "A")):
-        page.locator(f"#chart-{chart} input[type=range]").press("Home")
-        assert page.locator(f"#chart-{chart} output").inner_text() == shown
-    page.wait_for_selector("#chart-errors .js-plotly-plot")
-    page.close()
-    assert said == []
+    page = write_sweep(with_failures(dataset, failing), tmp_path)
+    require_room(browser, page, {1280: 1280, 800: 800, 400: 800})

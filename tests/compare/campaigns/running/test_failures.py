@@ -79,19 +79,6 @@ def test_scheduler_that_does_not_answer_is_reported(address):
         pass
 
 
-def test_scheduler_without_workers_is_reported(client, monkeypatch):
-    monkeypatch.setattr(cluster, "WORKS_WITHIN", 0.1)
-    address = client.scheduler.address
-    client.cluster.scale(0)
-    client.sync(client.cluster._correct_state)
-    try:
-        with pytest.raises(Failure, match="has no workers: start some"), existing_cluster(address):
-            pass
-    finally:
-        client.cluster.scale(1)
-        client.wait_for_workers(1)
-
-
 def test_number_of_workers_fits_into_memory():
     assert size_for(8, 100, 900.0, 10_000.0).workers == 8
     few = size_for(8, 100, 3000.0, 10_000.0)

@@ -10,13 +10,13 @@ import pytest
 import xarray as xr
 
 from compare.pages.ics import DASHES, along_line, chart, drawn_variants, is_mirrored, page
-from compare.pages.ics_results import MOST_SCENES, differences, load, results_key, sources, up_to_date
-from compare.report.interactive import as_json, plotly_js
+from compare.pages.ics_results import MOST_SCENES, differences, load, sources
+from compare.report.interactive import plotly_js
 from compare.report.looks import OWN, ics_symbol
 from femic.cache.folders import LOCK
 from femic.cli.main import DONE, INTERRUPTED, WRONG_INPUT, exit_code
-from femic.scenes import receipts
 from tests.compare.conftest import on_line, scene_text
+from tests.compare.pages import read_chart, read_traces
 
 ALONG_S = '\n[[lines]]\nalong = "s"\nx = 1.6\nreach = 8.0\npoints = 33\n'
 ALONG_X = '\n[[lines]]\nalong = "x"\ns = 0.0\nreach = 8.0\npoints = 33\n'
@@ -100,7 +100,7 @@ def dimensionless(ics, component):
 
 def cells_of(overlay, component):
     """The cells of a component as the page has them, by title."""
-    content = json.loads(as_json(chart(ics_of(overlay))))
+    content = read_chart(chart(ics_of(overlay)))
     assert content["labels"][content["start"]] == "nn"
     return {cell["title"]: cell for cell in content["steps"][content["labels"].index(component)]}
 
@@ -112,7 +112,7 @@ def test_chart_has_curves_of_all_scenes_and_their_differences(compared):
     assert list(cells) == [f"lower, {LINE}", f"lower, {LINE}: minus C"]
     dashes = set()
     for title, cell in cells.items():
-        drawn = {trace["name"]: trace for trace in cell["traces"] if "name" in trace}
+        drawn = read_traces(cell)
         for name, scene in overlay.items():
             expected = dimensionless(scene.ics, "sn")
             expected = expected.isel(point=expected["at"].values >= 0)
@@ -245,33 +245,6 @@ def test_results_that_are_not_those_of_this_program_are_computed_again(name, cas
     DAMAGE[case](copied / "results" / "steep" / name)
     assert compare(copied, *SCENES) == INTERRUPTED
     assert computed == ["steep"]
-
-
-def test_results_of_changed_contour_file_are_out_of_date(tmp_path):
-    y = np.linspace(-40, 40, 41)
-    np.savetxt(tmp_path / "rail.txt", np.column_stack([y, -(y**2) / 100]))
-    arc = '"arc", radius = 10.0, flank_inclination_deg = 25.0'
-    text = (
-        scene_text()
-        .replace(arc, '"points", file = "rail.txt"')
-        .replace("far_radius = 60", "far_radius = 160")
-    )
-    for name in ("mine", "other"):
-        (tmp_path / f"{name}.toml").write_text(text, encoding="utf-8")
-
-    def mine():
-        """The source of the scene, read again."""
-        return sources([str(tmp_path / "mine.toml"), str(tmp_path / "other.toml")], tmp_path)[0]
-
-    source = mine()
-    assert not up_to_date(source)
-    with receipts.renewed(source.folder, "run", results_key(source.scene), []):
-        pass
-    assert up_to_date(source)
-    (tmp_path / "rail.txt").touch()  # the same points
-    assert up_to_date(mine())
-    np.savetxt(tmp_path / "rail.txt", np.column_stack([y, -(y**2) / 90]))
-    assert not up_to_date(mine())
 
 
 def test_folder_with_changed_files_is_refused(copied, capsys):

@@ -9,7 +9,7 @@ from compare.studies.frontier import Question, advise
 from femic.contact.operators.approximations import approximate_matrix
 from femic.reference.run_options import RunOptions
 from geometries.patches import Grid, N
-from tests.compare.contact_frontier.scenes import put, text
+from tests.compare.frontier.scenes import put, text
 
 OWN_GRID = {"n_x": 24, "n_s": 24, "dx": 0.5, "ds": 0.5}
 

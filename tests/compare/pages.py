@@ -1,0 +1,42 @@
+"""What pages have, as tests read it: charts as browsers get them, tables as texts, and widths."""
+
+import json
+from types import MappingProxyType
+
+import pytest
+
+from compare.report.interactive import as_json
+from compare.report.tables import MINUS
+from tests.pages import widest
+
+AT_800_PX = MappingProxyType({800: 770})
+
+
+def read_chart(chart):
+    """A chart as the browser gets it."""
+    return json.loads(as_json(chart))
+
+
+def read_traces(cell):
+    """The traces of a cell of a chart by their names."""
+    return {trace["name"]: trace for trace in cell["traces"] if trace.get("name")}
+
+
+def read_texts(table):
+    """The texts of the cells of a table by the names of its rows."""
+    return {row.name: [cell.text for cell in row.filled] for row in table.rows}
+
+
+def require_number(text, value, estimate):
+    """A text such as "−684.3 ± 4.3" has the estimate, and the number to a tenth of it."""
+    shown, known = map(float, text.replace(MINUS, "-").split(" ± "))
+    assert known == pytest.approx(float(estimate), rel=0.05)
+    assert shown == pytest.approx(float(value), abs=float(estimate) / 10)
+
+
+def require_room(browser, path, tables=AT_800_PX):
+    """No page is wider than its window, and no table wider than given by the width of the window [px]."""
+    for width, most in tables.items():
+        page, table = widest(browser, path, width)
+        assert page <= width
+        assert table <= most, width
