@@ -32,6 +32,9 @@ class Estimated(float):
         number.estimate = np.inf if np.isnan(estimate) else abs(estimate)
         return number
 
+    def __abs__(self) -> "Estimated":
+        return Estimated(super().__abs__(), self.estimate)
+
 
 def estimated_error(value: float) -> float:
     """Return the estimated error of a number, 0 if it has none."""

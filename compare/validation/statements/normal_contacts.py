@@ -60,16 +60,10 @@ def at_source_loads(runs: Runs) -> Iterator[tuple[str, ContactSeries, float, flo
             yield f"{pair}, {load:g} N", runs.contact_series(pair), load, angle
 
 
-def error_size(series: ContactSeries, load: float, ics: str, name: str) -> Estimated:
-    """Return the |error| of a number with some ICs."""
-    error = series.error(load, ics, name)
-    return Estimated(abs(error), error.estimate)
-
-
 def error_sizes(ics: Sequence[str], angles: Sequence[float]) -> Measure:
     """Measure |errors| of both pairs at angles of the patch with C."""
     return lambda runs: {
-        f"{case}, {name} by {ics_symbol(which)}": error_size(series, load, which, name)
+        f"{case}, {name} by {ics_symbol(which)}": abs(series.error(load, which, name))
         for case, series, load in at_angles(runs, angles)
         for name, which in product(NAMES, ics)
     }
@@ -80,7 +74,7 @@ def tall_minus_wide(runs: Runs) -> Mapping[str, float]:
     measured = {}
     for angle, name in product(ANGLES, NAMES):
         wide, tall = (
-            error_size(series, series.load_at(angle), "A", name) for series in map(runs.contact_series, PAIRS)
+            abs(series.error(series.load_at(angle), "A", name)) for series in map(runs.contact_series, PAIRS)
         )
         measured[f"{angle:g}°, {name}"] = Estimated(tall - wide, tall.estimate + wide.estimate)
     return measured
@@ -360,16 +354,16 @@ def kurtosis(places: Array, p: Array) -> float:
     return float(np.sum(p * offsets**4) * np.sum(p) / np.sum(p * offsets**2) ** 2)
 
 
-def source_peakedness(runs: Runs, pair: str, load: float, along: str) -> float:
-    """Return the peakedness of the pressures with C under a load of the source [N]."""
-    return peakedness(*pressure_profile(runs.contact_series(pair).solved(load), along))
+def source_profile(runs: Runs, pair: str, load: float, along: str) -> tuple[Array, Array]:
+    """Return places and pressures of the profile with C under a load of the source [N]."""
+    return pressure_profile(runs.contact_series(pair).solved(load), along)
 
 
 def peakedness_growth(along: str, pairs: Sequence[str]) -> Measure:
     """Measure the peakedness with C under each of the source's loads over that under the load before, - 1."""
     return lambda runs: {
-        f"{pair}, {low / 1e3:g} to {high / 1e3:g} kN": source_peakedness(runs, pair, high, along)
-        / source_peakedness(runs, pair, low, along)
+        f"{pair}, {low / 1e3:g} to {high / 1e3:g} kN": peakedness(*source_profile(runs, pair, high, along))
+        / peakedness(*source_profile(runs, pair, low, along))
         - 1
         for pair in pairs
         for low, high in pairwise(SOURCE_ANGLES[pair])
@@ -379,7 +373,7 @@ def peakedness_growth(along: str, pairs: Sequence[str]) -> Measure:
 def off_hertz(along: str) -> Measure:
     """Measure |peakedness with C over that of Hertz's pressures - 1| under the source's loads."""
     return lambda runs: {
-        f"{pair}, {load / 1e3:g} kN": abs(source_peakedness(runs, pair, load, along) / OF_HERTZ - 1)
+        f"{pair}, {load / 1e3:g} kN": abs(peakedness(*source_profile(runs, pair, load, along)) / OF_HERTZ - 1)
         for pair in PAIRS
         for load in SOURCE_ANGLES[pair]
     }
@@ -390,7 +384,7 @@ def shape_details(runs: Runs) -> Mapping[str, float]:
     details: dict[str, float] = {}
     for pair in PAIRS:
         for load, along in product(SOURCE_ANGLES[pair], ("s", "x")):
-            profile = pressure_profile(runs.contact_series(pair).solved(load), along)
+            profile = source_profile(runs, pair, load, along)
             case = f"{pair}, {load / 1e3:g} kN, along {along}"
             details[f"{case}: largest over mean pressure, of Hertz's"] = peakedness(*profile) / OF_HERTZ
             details[f"{case}: kurtosis ({KURTOSIS_OF_HERTZ:g} of Hertz's)"] = kurtosis(*profile)
@@ -403,7 +397,7 @@ def _shape_panels(runs: Runs) -> list[Panel]:
     for along, pair in product(("s", "x"), PAIRS):
         curves = {}
         for load in SOURCE_ANGLES[pair]:
-            places, p = pressure_profile(runs.contact_series(pair).solved(load), along)
+            places, p = source_profile(runs, pair, load, along)
             curves[f"{load / 1e3:g} kN"] = np.interp(at, places, p) * peakedness(places, p) / np.max(p)
         panels.append(
             Panel(
