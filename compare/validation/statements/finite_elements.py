@@ -38,8 +38,7 @@ BESIDE = Contacts("tall", (58e3,), shift=0.1, cells=FEWEST)
 def beyond_estimate(contacts: Contacts, *names: str, over: str = "number") -> Measure:
     """Measure deviations of numbers with C from finite elements, less the estimate of the latter.
 
-    They are shares of the "number" itself or, where this vanishes by symmetry, are `over` the "load", or over
-    the "unit".
+    As shares of the "number"; of one that vanishes by symmetry, of the "load", or in its "unit".
     """
 
     def measure(runs: Runs) -> Mapping[str, float]:

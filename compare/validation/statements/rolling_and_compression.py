@@ -33,7 +33,7 @@ from compare.validation.statements.friction_contacts import (
     traction_distance,
     traction_distance_along,
 )
-from compare.validation.statements.runs import Runs
+from compare.validation.statements.runs import Runs, solved_once
 from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
 from femic.contact.motions.rolling import scaled_force
@@ -117,6 +117,7 @@ XN_ONLY = "Bhat+xn:Bhat_prime"  # effective properties in xn and nx alone
 LINE_ICS = ("B", "Bhat", "Bhat_prime", XN_ONLY, "mix", C)
 
 
+@solved_once("tractions elsewhere")
 def lines_elsewhere(runs: Runs) -> Mapping[tuple[str, str], Array]:
     """Return tractions (n_x, 3) on the centre line at the least friction by place on the curve and ICs.
 
@@ -148,7 +149,7 @@ def line_details(runs: Runs) -> Mapping[str, float]:
             at, bound = case(friction, name), line_distance_over_bound(contacts, friction, name)
             details[f"over p_x: {at}"] = line_distance(contacts, friction, name)
             details[f"over friction times pressure: {at}"] = bound
-    lines = runs.once("tractions elsewhere", lambda: lines_elsewhere(runs))
+    lines = lines_elsewhere(runs)
     for place, name in lines:
         if name != C:
             by_c, at = lines[place, C], f"{place}, {case(LOW, name)}"

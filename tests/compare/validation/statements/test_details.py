@@ -17,7 +17,6 @@ from compare.validation.statements.runs import GEOMETRIES
 from geometries.patches import N, S
 from tests.compare.validation.statements.handmade import (
     Runs,
-    between,
     by_body,
     made,
     runs_of,
@@ -232,13 +231,6 @@ def test_mean_errors_are_listed_for_all_variants_that_exist():
         assert f"mean error of B̂′: {SECOND}, {body}" not in errors
     assert errors[f"mean error of B̂′: {SECOND}, combined"] > 0
     assert len(errors) == 2 * (6 + 5 + 5)
-
-
-def test_the_mix_is_compared_with_the_best_variant():
-    """C is B but for a thousandth: the mix is more than ten times worse than B, not better than another."""
-    results = made(FIRST, between("B", "A", 1e-3))
-    assert engines_and_limits.mix_over_best(np.max)(results, CONVEX) > 10
-    assert engines_and_limits.mix_over_best(np.mean)(results, CONVEX) > 10
 
 
 # --- what is drawn ----------------------------------------------------------------------------------------
