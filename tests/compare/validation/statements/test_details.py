@@ -25,6 +25,7 @@ from tests.compare.validation.statements.handmade import (
     without_c,
 )
 from tests.compare.validation.statements.makers import NN, SN, SS, XN, XS, fitted, term, turned
+from tests.compare.validation.statements.mutations import CRITERIA
 
 FIRST, SECOND = GEOMETRIES
 
@@ -87,8 +88,7 @@ def test_a_fit_is_too_large_between_the_patch_and_3_mm():
     expected = np.mean(0.2 * fit[is_near]) / np.max(np.where(is_near, 0.8, 2.0) * fit)
     assert coupling.fit_excess(results) == pytest.approx(expected)
     runs = Runs({FIRST: results, SECOND: fitted(1.0)().geometry(SECOND)})
-    less = next(c for c in STATEMENTS[7].criteria if c.name == "geometry").measure(runs)
-    assert less == {"both": pytest.approx(expected)}
+    assert CRITERIA[7, "geometry"].measure(runs) == {"both": pytest.approx(expected)}
 
 
 def test_xn_of_both_bodies_is_compared_beside_the_load_only():
@@ -151,7 +151,7 @@ def test_the_larger_xn_of_prismatic_variants_is_inverse_to_the_modulus(variant, 
     """ICs are: whatever the ratio of equal materials, twice the modulus of the concave body halves it."""
     ratio = coupling.concave_over_convex(variant)
     equal = ratio(made(name, times("A", None, 1)))
-    criterion = next(c for c in STATEMENTS[6].criteria if c.name == {"B": "in B", "Bhat": "in B̂"}[variant])
+    criterion = CRITERIA[6, {"B": "in B", "Bhat": "in B̂"}[variant]]
     for value in (0.99, 1.01):
         computed = ratio(with_c(without_c(name, upper_E=210e3 * equal / value), times("A", None, 1)))
         assert computed == pytest.approx(value)
