@@ -9,7 +9,7 @@ notice, because it is the same everywhere. A motion along y and a turn about x c
 no lateral force or moment; a turn about z or y is no function of the lag along x.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -166,19 +166,18 @@ def stick_details(runs: Runs) -> Mapping[str, float]:
 
 def across_panels(
     runs: Runs, contacts: Mapping[str, TwoContacts], labels: Mapping[str, str], directions: Mapping[int, str]
-) -> list[Panel]:
+) -> Iterator[Panel]:
     """Return tractions across the middle of the patch of both contacts, under their labels."""
-    strips, panels = rolling_pair(runs).on_grid.grid.strips, []
+    strips = rolling_pair(runs).on_grid.grid.strips
     for case, two in contacts.items():
         row = len(two.before.p) // 2
         for direction, label in directions.items():
             both = {label: getattr(two, which).p[row, :, direction] for label, which in labels.items()}
             curves = make_curves(strips, both)
-            panels.append(Panel(case, "s [mm]", f"{label} in the middle along x [MPa]", curves))
-    return panels
+            yield Panel(case, "s [mm]", f"{label} in the middle along x [MPa]", curves)
 
 
-def _dense_panels(runs: Runs) -> list[Panel]:
+def _dense_panels(runs: Runs) -> Iterator[Panel]:
     rolling = (f"{ics_symbol(name)}, rolling" for name in ("Bhat", C))
     contacts = {case: dense_and_fast(runs)[case] for case in rolling}
     return across_panels(runs, contacts, {"fast": "after", "dense": "before"}, {X: "p_x", S: "p_s", N: "p_n"})
@@ -274,7 +273,7 @@ def inadmissible_details(runs: Runs) -> Mapping[str, float]:
     }
 
 
-def _motion_panels(runs: Runs) -> list[Panel]:
+def _motion_panels(runs: Runs) -> Iterator[Panel]:
     contacts = {case: two for case, two in admissible(runs).items() if "rolling, along z" in case}
     return across_panels(runs, contacts, {"before": "before", "after": "after"}, {N: "p_n", X: "p_x"})
 

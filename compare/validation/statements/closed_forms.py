@@ -8,7 +8,7 @@ a force along x it rolls on that circle: omega r = V, thus xi = R / r - 1. Its r
 sin(delta) about the normal: a spin sin(delta) / r, whose forces are Kalker's where nothing slips.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -314,22 +314,21 @@ def cattaneo_tractions(runs: Runs) -> Mapping[str, float]:
 # --- the statement --------------------------------------------------------------------------------------
 
 
-def _panels(runs: Runs) -> list[Panel]:
-    panels, p_max = [], FRICTION * CYLINDERS.p_max(LINE_LOAD)
+def _panels(runs: Runs) -> Iterator[Panel]:
+    p_max = FRICTION * CYLINDERS.p_max(LINE_LOAD)
     for share in CARTERS:
         solved = carter(share)
         fine = np.linspace(-1.05, 1.05, 421) * solved.exact.half_width
         exact = np.interp(solved.x, fine, solved.exact.traction(fine))
         curves = make_curves(solved.x, {"closed form": exact / p_max, "femic": solved.p / p_max})
         title = f"Carter, {share:g} of full slip"
-        panels.append(Panel(title, "x [mm]", "p_x over friction p_max [-]", curves))
+        yield Panel(title, "x [mm]", "p_x over friction p_max [-]", curves)
     for case, (contact, shifted, direction) in shifts(runs).items():
         grid, row = contact.problem.grid, contact.problem.grid.n_x // 2
         traction = shifted.traction(centres(grid.n_x, grid.dx)[row], grid.strips)
         both = {"closed form": traction, "femic": contact.p[row, :, direction]}
         curves = make_curves(grid.strips, both)
-        panels.append(Panel(f"Cattaneo {case}", "s [mm]", "traction [MPa]", curves))
-    return panels
+        yield Panel(f"Cattaneo {case}", "s [mm]", "traction [MPa]", curves)
 
 
 def carter_errors(error: Callable[[CarterContact], float]) -> Mapping[str, float]:

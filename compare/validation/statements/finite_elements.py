@@ -7,7 +7,7 @@ Approaches differ by a rigid part ([BVSV] section 6.1), which moves each body as
 load: one compliance for all loads. With C it is M_zz of both bodies, which their ICs exclude.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import pairwise
 
 import numpy as np
@@ -105,11 +105,11 @@ def angle_details(runs: Runs) -> Mapping[str, float]:
     return details
 
 
-def pressure_panels(contacts: Contacts) -> Callable[[Runs], list[Panel]]:
+def pressure_panels(contacts: Contacts) -> Callable[[Runs], Iterable[Panel]]:
     """Draw pressures across the patch by finite elements and with ICs, a panel per load."""
 
-    def panels(runs: Runs) -> list[Panel]:
-        dataset, drawn = runs.fe_contact(contacts), []
+    def panels(runs: Runs) -> Iterator[Panel]:
+        dataset = runs.fe_contact(contacts)
         for number, case in enumerate(case_names(dataset)):
             p = pressures(dataset, number).dropna("ics", how="all")
             p_fe = dataset.p_fe.isel(case=number).dropna("s_fe")
@@ -119,8 +119,7 @@ def pressure_panels(contacts: Contacts) -> Callable[[Runs], list[Panel]]:
                 for name in p.ics.values
             } | {FE: p_fe.values}
             title = f"{contacts.scene}, {case}"
-            drawn.append(Panel(title, "s [mm]", "pressure at x = 0 [MPa]", make_curves(s, curves)))
-        return drawn
+            yield Panel(title, "s [mm]", "pressure at x = 0 [MPa]", make_curves(s, curves))
 
     return panels
 
@@ -257,17 +256,15 @@ def rigid_details(runs: Runs) -> Mapping[str, float]:
     return details
 
 
-def rigid_panels(runs: Runs) -> list[Panel]:
+def rigid_panels(runs: Runs) -> Iterator[Panel]:
     """Return differences over the load with all ICs, and M_zz times the load, a panel per pair."""
-    panels = []
     for contacts in RIGID_SERIES:
         dataset, load = runs.fe_contact(contacts), np.array(contacts.loads) / 1e3
         names = [str(name) for name in dataset.ics.values if name != FE]
         curves = make_curves(load, {ics_symbol(name): rigid_parts(dataset, name) for name in names})
         rigid = Curve("M_zz · load", load, float(dataset.rigid_compliance) * 1e3 * load)
         title = f"{contacts.scene}: approach by finite elements less that with ICs"
-        panels.append(Panel(title, "load [kN]", "difference [mm]", [*curves, rigid]))
-    return panels
+        yield Panel(title, "load [kN]", "difference [mm]", [*curves, rigid])
 
 
 STATEMENTS = (

@@ -461,9 +461,8 @@ def coverage_details(runs: Runs) -> Mapping[str, float]:
     return details
 
 
-def _panels(runs: Runs) -> list[Panel]:
+def _panels(runs: Runs) -> Iterator[Panel]:
     """Return the share of contacts whose error is at most a multiple of its estimate, over the multiple."""
-    panels = []
     for study in STUDIES:
         contacts = random_contacts(runs, study)
         held = {
@@ -472,16 +471,13 @@ def _panels(runs: Runs) -> list[Panel]:
             else np.full(len(FACTORS), np.nan)
             for name in SHOWN
         }
-        panels.append(
-            Panel(
-                f"{study}, {len(contacts)} random contacts",
-                "multiple of the estimate [-]",
-                "share of contacts with an error below [-]",
-                make_curves(FACTORS, held),
-                marks=(1.0,),
-            )
+        yield Panel(
+            f"{study}, {len(contacts)} random contacts",
+            "multiple of the estimate [-]",
+            "share of contacts with an error below [-]",
+            make_curves(FACTORS, held),
+            marks=(1.0,),
         )
-    return panels
 
 
 STATEMENTS = (

@@ -1,6 +1,6 @@
 """Statements 34 to 37 ([BVSV] section 6.2): how ICs change steady rolling and static compression."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -94,20 +94,17 @@ def _difference_panel(runs: Runs, friction: float) -> Panel:
     return Panel(f"friction {friction:g}", CREEPAGE, "F_x minus F_x with C, over friction load [-]", curves)
 
 
-def _line_panels(runs: Runs, frictions: Sequence[float] = (LOW,)) -> list[Panel]:
-    contacts, panels = rolling(runs), []
+def _line_panels(runs: Runs, frictions: Sequence[float] = (LOW,)) -> Iterator[Panel]:
+    contacts = rolling(runs)
     for friction in frictions:
         line = centre_line(contacts, friction)
         line = line / float(np.max(np.abs(line.sel(ics="C").values)))
-        panels.append(
-            Panel(
-                f"friction {friction:g}, F_x = {contacts.attrs['equal_force']:g} friction load",
-                "x [mm]",
-                "p_x at s = 0 over the largest with C [-]",
-                make_curves(contacts.x.values, by_symbol(line, DRAWN)),
-            )
+        yield Panel(
+            f"friction {friction:g}, F_x = {contacts.attrs['equal_force']:g} friction load",
+            "x [mm]",
+            "p_x at s = 0 over the largest with C [-]",
+            make_curves(contacts.x.values, by_symbol(line, DRAWN)),
         )
-    return panels
 
 
 # --- 35: tractions at equal force, and elsewhere on the curve -------------------------------------------

@@ -5,7 +5,7 @@ surface; narrow peaks with smaller elements; several patches with one grid over 
 of Hertz under one approach.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -288,14 +288,12 @@ def peak_details(runs: Runs) -> Mapping[str, float]:
     }
 
 
-def _peak_panels(runs: Runs) -> list[Panel]:
-    panels = []
+def _peak_panels(runs: Runs) -> Iterator[Panel]:
     for name, by_grid in peaks(runs).items():
         lines = {label: on_centre_line(by_grid[label]) for label in (*FINER, "default", UNREFINED)}
         s = np.unique(np.concatenate([places for places, _ in lines.values()]))
         curves = make_curves(s, {label: np.interp(s, *line) for label, line in lines.items()})
-        panels.append(Panel(f"radius of {name}", "s  [mm]", "p_n  [MPa]", curves))
-    return panels
+        yield Panel(f"radius of {name}", "s  [mm]", "p_n  [MPa]", curves)
 
 
 # --- 48 -------------------------------------------------------------------------------------------------
@@ -395,15 +393,11 @@ def second_patch_effects(runs: Runs) -> Mapping[str, float]:
     return effects
 
 
-def _patch_panels(runs: Runs) -> list[Panel]:
-    panels = []
+def _patch_panels(runs: Runs) -> Iterator[Panel]:
     for ics, (one, two) in one_grid(runs).items():
         (s, p), (_, parts) = on_centre_line(one), on_centre_line(two)
         curves = make_curves(s, {"one grid": p, "two areas": parts})
-        panels.append(
-            Panel(f"two cones on a rail, 20 kN, {ics_symbol(ics)}", "s  [mm]", "p_n  [MPa]", curves)
-        )
-    return panels
+        yield Panel(f"two cones on a rail, 20 kN, {ics_symbol(ics)}", "s  [mm]", "p_n  [MPa]", curves)
 
 
 STATEMENTS = (

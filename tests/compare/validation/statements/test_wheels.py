@@ -29,7 +29,7 @@ def _fewer(monkeypatch):
 @pytest.mark.parametrize("number", [pytest.param(46, marks=pytest.mark.slow), 47, 48])
 def test_statements_hold_and_have_panels(number):
     assert not missed([key for key in OF_WHEELS if key[0] == number])
-    assert STATEMENTS[number].panels(remembering())
+    assert list(STATEMENTS[number].panels(remembering()))
 
 
 @pytest.mark.slow
