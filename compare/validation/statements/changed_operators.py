@@ -9,7 +9,7 @@ notice, because it is the same everywhere. A motion along y and a turn about x c
 no lateral force or moment; a turn about z or y is no function of the lag along x.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -20,7 +20,7 @@ from compare.report.charts import Panel, make_curves
 from compare.report.looks import ics_symbol
 from compare.validation.statements.frame import Measure, Statement, below
 from compare.validation.statements.friction_contacts import rolling_pair
-from compare.validation.statements.runs import Runs
+from compare.validation.statements.runs import Runs, solved_once
 from femic.contact.friction.motion import Creepages, Shift
 from femic.contact.frictional import FrictionalContact, solve
 from femic.contact.loading import Loading
@@ -142,19 +142,16 @@ def dense_ics(pair: PairWithFriction, name: str) -> Array:
     return sum_of_bodies(pair.on_grid, each, wheel_rolls=True)
 
 
+@solved_once("two operators")
 def dense_and_fast(runs: Runs) -> Mapping[str, TwoContacts]:
     """Return the contacts of each ICs in each motion by dense matrices, and by fast operators."""
-
-    def solved() -> Mapping[str, TwoContacts]:
-        contacts, pair = {}, rolling_pair(runs)
-        for name in DENSE_ICS:
-            dense, fast = DenseMatrix.from_lags(dense_ics(pair, name)), pair.operator(name)
-            for motion in MOTIONS:
-                before, after = (contact_in_motion(pair, operator, motion) for operator in (dense, fast))
-                contacts[f"{ics_symbol(name)}, {motion}"] = TwoContacts(before, after)
-        return contacts
-
-    return runs.once("two operators", solved)
+    contacts, pair = {}, rolling_pair(runs)
+    for name in DENSE_ICS:
+        dense, fast = DenseMatrix.from_lags(dense_ics(pair, name)), pair.operator(name)
+        for motion in MOTIONS:
+            before, after = (contact_in_motion(pair, operator, motion) for operator in (dense, fast))
+            contacts[f"{ics_symbol(name)}, {motion}"] = TwoContacts(before, after)
+    return contacts
 
 
 def stick_details(runs: Runs) -> Mapping[str, float]:
@@ -169,19 +166,18 @@ def stick_details(runs: Runs) -> Mapping[str, float]:
 
 def across_panels(
     runs: Runs, contacts: Mapping[str, TwoContacts], labels: Mapping[str, str], directions: Mapping[int, str]
-) -> list[Panel]:
+) -> Iterator[Panel]:
     """Return tractions across the middle of the patch of both contacts, under their labels."""
-    strips, panels = rolling_pair(runs).on_grid.grid.strips, []
+    strips = rolling_pair(runs).on_grid.grid.strips
     for case, two in contacts.items():
         row = len(two.before.p) // 2
         for direction, label in directions.items():
             both = {label: getattr(two, which).p[row, :, direction] for label, which in labels.items()}
             curves = make_curves(strips, both)
-            panels.append(Panel(case, "s [mm]", f"{label} in the middle along x [MPa]", curves))
-    return panels
+            yield Panel(case, "s [mm]", f"{label} in the middle along x [MPa]", curves)
 
 
-def _dense_panels(runs: Runs) -> list[Panel]:
+def _dense_panels(runs: Runs) -> Iterator[Panel]:
     rolling = (f"{ics_symbol(name)}, rolling" for name in ("Bhat", C))
     contacts = {case: dense_and_fast(runs)[case] for case in rolling}
     return across_panels(runs, contacts, {"fast": "after", "dense": "before"}, {X: "p_x", S: "p_s", N: "p_n"})
@@ -257,29 +253,27 @@ def moved_contacts(
     return contacts
 
 
+@solved_once("rigid motions")
 def admissible(runs: Runs) -> Mapping[str, TwoContacts]:
     """Return the contacts that must not change."""
-    return runs.once("rigid motions", lambda: moved_contacts(rolling_pair(runs), MOVED_ICS, ADMISSIBLE))
+    return moved_contacts(rolling_pair(runs), MOVED_ICS, ADMISSIBLE)
 
 
-def change(number: str) -> Measure:
+def change(number: str, contacts: Callable[[Runs], Mapping[str, TwoContacts]] = admissible) -> Measure:
     """Measure a number of `TwoContacts` of each contact that must not change."""
-    return lambda runs: {case: getattr(two, number) for case, two in admissible(runs).items()}
+    return lambda runs: {case: getattr(two, number) for case, two in contacts(runs).items()}
 
 
 def inadmissible_details(runs: Runs) -> Mapping[str, float]:
     """Return what motions change that are not admissible: they change the gap, or the step of shift."""
-    contacts = runs.once(
-        "rigid motions that matter", lambda: moved_contacts(rolling_pair(runs), ("Bhat",), INADMISSIBLE)
-    )
     return {
         f"{case} (not admissible): {number}": getattr(two, number)
-        for case, two in contacts.items()
+        for case, two in moved_contacts(rolling_pair(runs), ("Bhat",), INADMISSIBLE).items()
         for number in ("tractions", "forces", "approach")
     }
 
 
-def _motion_panels(runs: Runs) -> list[Panel]:
+def _motion_panels(runs: Runs) -> Iterator[Panel]:
     contacts = {case: two for case, two in admissible(runs).items() if "rolling, along z" in case}
     return across_panels(runs, contacts, {"before": "before", "after": "after"}, {N: "p_n", X: "p_x"})
 
@@ -293,13 +287,10 @@ STATEMENTS = (
                 SAME,
                 "tractions",
                 "largest difference of a traction over the largest pressure",
-                lambda runs: {case: two.tractions for case, two in dense_and_fast(runs).items()},
+                change("tractions", dense_and_fast),
             ),
             below(
-                SAME,
-                "approach",
-                "relative difference of the approach",
-                lambda runs: {case: two.approach for case, two in dense_and_fast(runs).items()},
+                SAME, "approach", "relative difference of the approach", change("approach", dense_and_fast)
             ),
         ),
         _dense_panels,

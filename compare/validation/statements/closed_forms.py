@@ -8,7 +8,7 @@ a force along x it rolls on that circle: omega r = V, thus xi = R / r - 1. Its r
 sin(delta) about the normal: a spin sin(delta) / r, whose forces are Kalker's where nothing slips.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from approx.pair import Pair, Solid
 from compare.report.charts import Panel, make_curves
 from compare.validation.statements.frame import Statement, below
-from compare.validation.statements.runs import Runs
+from compare.validation.statements.runs import Runs, solved_once
 from compare.validation.study import kalker_coefficients
 from femic.contact.exact.friction import ShiftedPoint, TractiveRolling
 from femic.contact.exact.hertz import LineContact, LoadedPoint, PointContact, combined_modulus
@@ -105,22 +105,18 @@ def on_grid(cone: Cone) -> PairOnGrid:
     return PairOnGrid(Pair(Solid(STEEL, wheel), Solid(STEEL, rail)), undeformed, grid)
 
 
-def rolls_freely(cone: Cone) -> RollingContact:
-    """Return steady rolling without a force along x."""
-    pair = on_grid(cone)
-    problem = frictional_problem(pair, half_space_operator(pair.pair, pair.grid), STEEP_FRICTION)
-    wheel = rolling_problem(pair, problem)
-    return wheel.contact(Creepages(), Loading(CONE_LOAD), forces={"longitudinal": 0.0})
-
-
-def rolling_cones(runs: Runs) -> Mapping[str, tuple[Cone, RollingContact]]:
-    """Return cones with their names and contacts, which are solved once."""
-
-    def solved() -> Mapping[str, tuple[Cone, RollingContact]]:
-        cones = {f"cone {slope:+g}": Cone(float(np.arctan(slope))) for slope in SLOPES}
-        return {name: (cone, rolls_freely(cone)) for name, cone in cones.items()}
-
-    return runs.once("cones", solved)
+@solved_once("cones")
+def rolling_cones(_: Runs) -> Mapping[str, tuple[Cone, RollingContact]]:
+    """Return cones with their names, and their steady rolling without a force along x."""
+    contacts = {}
+    for slope in SLOPES:
+        cone = Cone(float(np.arctan(slope)))
+        pair = on_grid(cone)
+        problem = frictional_problem(pair, half_space_operator(pair.pair, pair.grid), STEEP_FRICTION)
+        wheel = rolling_problem(pair, problem)
+        rolled = wheel.contact(Creepages(), Loading(CONE_LOAD), forces={"longitudinal": 0.0})
+        contacts[f"cone {slope:+g}"] = cone, rolled
+    return contacts
 
 
 def circle_errors(runs: Runs) -> Mapping[str, float]:
@@ -282,21 +278,18 @@ def full_slip_errors(_: Runs) -> Mapping[str, float]:
     return errors
 
 
-def shifts(runs: Runs) -> Mapping[str, tuple[FrictionalContact, ShiftedPoint, int]]:
+@solved_once("shifts")
+def shifts(_: Runs) -> Mapping[str, tuple[FrictionalContact, ShiftedPoint, int]]:
     """Return contacts after a shift, Cattaneo's with the force that goes with it, and its direction."""
-
-    def solved() -> Mapping[str, tuple[FrictionalContact, ShiftedPoint, int]]:
-        contacts, problem = {}, ellipse(FRICTION)
-        for direction, label in ((X, "x"), (S, "s")):
-            for share in SHIFTED:
-                exact = ShiftedPoint(POINT, STEEL.nu, FRICTION, share * FRICTION * LOAD, direction)
-                rigid = np.zeros((*problem.distance.shape, 2))
-                rigid[..., direction] = -exact.shift
-                contact = solve(problem, Shift(rigid), Loading(LOAD))
-                contacts[f"along {label}, {share:g} of friction load"] = contact, exact, direction
-        return contacts
-
-    return runs.once("shifts", solved)
+    contacts, problem = {}, ellipse(FRICTION)
+    for direction, label in ((X, "x"), (S, "s")):
+        for share in SHIFTED:
+            exact = ShiftedPoint(POINT, STEEL.nu, FRICTION, share * FRICTION * LOAD, direction)
+            rigid = np.zeros((*problem.distance.shape, 2))
+            rigid[..., direction] = -exact.shift
+            contact = solve(problem, Shift(rigid), Loading(LOAD))
+            contacts[f"along {label}, {share:g} of friction load"] = contact, exact, direction
+    return contacts
 
 
 def cattaneo_forces(runs: Runs) -> Mapping[str, float]:
@@ -321,22 +314,21 @@ def cattaneo_tractions(runs: Runs) -> Mapping[str, float]:
 # --- the statement --------------------------------------------------------------------------------------
 
 
-def _panels(runs: Runs) -> list[Panel]:
-    panels, p_max = [], FRICTION * CYLINDERS.p_max(LINE_LOAD)
+def _panels(runs: Runs) -> Iterator[Panel]:
+    p_max = FRICTION * CYLINDERS.p_max(LINE_LOAD)
     for share in CARTERS:
         solved = carter(share)
         fine = np.linspace(-1.05, 1.05, 421) * solved.exact.half_width
         exact = np.interp(solved.x, fine, solved.exact.traction(fine))
         curves = make_curves(solved.x, {"closed form": exact / p_max, "femic": solved.p / p_max})
         title = f"Carter, {share:g} of full slip"
-        panels.append(Panel(title, "x [mm]", "p_x over friction p_max [-]", curves))
+        yield Panel(title, "x [mm]", "p_x over friction p_max [-]", curves)
     for case, (contact, shifted, direction) in shifts(runs).items():
         grid, row = contact.problem.grid, contact.problem.grid.n_x // 2
         traction = shifted.traction(centres(grid.n_x, grid.dx)[row], grid.strips)
         both = {"closed form": traction, "femic": contact.p[row, :, direction]}
         curves = make_curves(grid.strips, both)
-        panels.append(Panel(f"Cattaneo {case}", "s [mm]", "traction [MPa]", curves))
-    return panels
+        yield Panel(f"Cattaneo {case}", "s [mm]", "traction [MPa]", curves)
 
 
 def carter_errors(error: Callable[[CarterContact], float]) -> Mapping[str, float]:

@@ -4,7 +4,7 @@ Single components are exchanged, mixes compared with single variants, and one bo
 + 1 / E_lower stays the same, so that load, patch and A_nn do.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import product
 
 import numpy as np
@@ -259,9 +259,9 @@ def moduli_details(runs: Runs) -> Mapping[str, float]:
     return details
 
 
-def _moduli_panels(runs: Runs) -> list[Panel]:
+def _moduli_panels(runs: Runs) -> Iterator[Panel]:
     """Return distances of curves and errors of pressures over the ratio of moduli."""
-    by_ratio, panels = [with_moduli(runs, modulus_ratio) for modulus_ratio in RATIOS], []
+    by_ratio = [with_moduli(runs, modulus_ratio) for modulus_ratio in RATIOS]
     for title, label, distance in (
         ("creep-force curve", "rms distance from C over friction load [-]", curve_distance),
         ("pressure", "|p_max / p_max with C - 1| [-]", pressure_distance),
@@ -271,8 +271,7 @@ def _moduli_panels(runs: Runs) -> list[Panel]:
             for name in UNFITTED
         }
         at = "E of the concave body over E of the convex body [-]"
-        panels.append(Panel(title, at, label, make_curves(RATIOS, curves), log_x=True))
-    return panels
+        yield Panel(title, at, label, make_curves(RATIOS, curves), log_x=True)
 
 
 STATEMENTS = (

@@ -1,6 +1,6 @@
 """Statements 6 to 10, 13 and 21: xn and sn, the displacements along x and s under a normal load."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from itertools import product
 
 import numpy as np
@@ -100,17 +100,15 @@ def xn_errors(runs: Runs) -> Mapping[str, float]:
     return details
 
 
-def _prismatic_panels(results: Results) -> list[Panel]:
+def _prismatic_panels(results: Results) -> Iterator[Panel]:
     """Return panels of C, A and the approximations without curvature along x on s = 1.6 mm."""
-    panels = []
     for body in BODIES:
         curve = Curve(results, body, "xn", BESIDE)
         more = {
             f"{ics_symbol(variant)}, not revolved": curve.values(prismatic_ics(results, variant, body))
             for variant in ("B", "Bhat")
         }
-        panels.append(curve.panel("A", more=more))
-    return panels
+        yield curve.panel("A", more=more)
 
 
 OF_XN = (
@@ -367,16 +365,14 @@ def _sn_panels(runs: Runs) -> list[Panel]:
     return [*combined(runs), *alone(runs)]
 
 
-def _factor_panels(results: Results) -> list[Panel]:
-    panels = []
+def _factor_panels(results: Results) -> Iterator[Panel]:
     for body in ALONE:
         curve = Curve(results, body, "sn", ACROSS)
         more = {
             f"{ics_symbol(variant)} with the factor": curve.values(ics_with_factor(results, variant, body))
             for variant in WITH_FACTOR
         }
-        panels.append(curve.panel("B", "Bhat", more=more))
-    return panels
+        yield curve.panel("B", "Bhat", more=more)
 
 
 OF_SN = (

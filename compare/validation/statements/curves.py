@@ -181,7 +181,7 @@ def across_over_along(component: str) -> Callable[[Results, str], float]:
 
 
 def side_by_side(
-    draw: Callable[[Results], Sequence[Panel]], *, fitted: bool = False
+    draw: Callable[[Results], Iterable[Panel]], *, fitted: bool = False
 ) -> Callable[[Runs], list[Panel]]:
     """Draw panels of both geometries, side by side."""
 

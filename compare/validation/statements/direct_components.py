@@ -3,7 +3,7 @@
 How far A, B and B-hat follow C in them, how deviations of the bodies add up, and which body rotates.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 
@@ -296,9 +296,9 @@ def _sum_panels(runs: Runs) -> list[Panel]:
     ]
 
 
-def _near_panels(results: Results) -> list[Panel]:
+def _near_panels(results: Results) -> Iterator[Panel]:
     """Return panels of (C - A) / A_nn near the load: on s = 0, and along s if they vanish there."""
-    panels, length = [], results.scene.reference_length
+    length = results.scene.reference_length
     for name, components in ((THROUGH, ON_THROUGH), (ACROSS, ("xs", "sn"))):
         line = find_line(results, name)
         shown = (line.running >= 0) & (line.running <= SHOWN_NEAR * length)
@@ -307,15 +307,12 @@ def _near_panels(results: Results) -> list[Panel]:
             curves = dict.fromkeys(INDEPENDENT, np.full(np.count_nonzero(shown), np.nan)) | {
                 c: relative_to_half_space(results, body, c, name)[shown] for c in components
             }
-            panels.append(
-                Panel(
-                    f"{results.scene.name}, {body}: {', '.join(components)} on {name}",
-                    f"{line.along} / L  [-]",
-                    "(C - A) / A_nn  [-]",
-                    make_curves(line.running[shown] / length, curves),
-                )
+            yield Panel(
+                f"{results.scene.name}, {body}: {', '.join(components)} on {name}",
+                f"{line.along} / L  [-]",
+                "(C - A) / A_nn  [-]",
+                make_curves(line.running[shown] / length, curves),
             )
-    return panels
 
 
 def _rotation_panels(results: Results) -> list[Panel]:

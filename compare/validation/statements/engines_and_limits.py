@@ -53,15 +53,13 @@ def with_other_nu(number: Callable[[Array, Array], float]) -> Measure:
     return measure
 
 
-def _nu_panels(runs: Runs) -> list[Panel]:
+def _nu_panels(runs: Runs) -> Iterator[Panel]:
     """Return panels of C and B at both Poisson's ratios."""
-    panels = []
     places = (("combined", "nn", BESIDE), ("combined", "xn", BESIDE), ("lower", "sn", ACROSS))
     for name, place in product(GEOMETRIES, places):
         other = Curve(runs.other_nu(name), *place)
         more = {f"{variant}, other ν": other.variant(variant) for variant in ("C", "B")}
-        panels.append(Curve(runs.geometry(name), *place).panel("B", more=more))
-    return panels
+        yield Curve(runs.geometry(name), *place).panel("B", more=more)
 
 
 # --- 12: the mix ----------------------------------------------------------------------------------------
@@ -329,7 +327,7 @@ STATEMENTS = (
                 },
             ),
         ),
-        lambda runs: list(_limit_panels(runs)),
+        _limit_panels,
         columns=3,
     ),
 )

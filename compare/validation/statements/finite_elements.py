@@ -7,7 +7,7 @@ Approaches differ by a rigid part ([BVSV] section 6.1), which moves each body as
 load: one compliance for all loads. With C it is M_zz of both bodies, which their ICs exclude.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import pairwise
 
 import numpy as np
@@ -35,42 +35,32 @@ BESIDE = Contacts("tall", (58e3,), shift=0.1, cells=FEWEST)
 # --- 22, 23, 43: numbers of contacts --------------------------------------------------------------------
 
 
-def by_case(dataset: xr.Dataset, name: str, values: xr.DataArray) -> dict[str, float]:
-    """Return the values of a number with C by load and name."""
-    with_c = values.sel(ics="C")
-    return {f"{case}, {name}": float(with_c[k]) for k, case in enumerate(case_names(dataset))}
+def beyond_estimate(contacts: Contacts, *names: str, over: str = "number") -> Measure:
+    """Measure deviations of numbers with C from finite elements, less the estimate of the latter.
 
-
-def share_beyond_estimate(contacts: Contacts, names: Sequence[str]) -> Measure:
-    """Measure deviations of numbers with C from finite elements, less the estimate of the latter."""
+    As shares of the "number"; of one that vanishes by symmetry, of the "load", or in its "unit".
+    """
 
     def measure(runs: Runs) -> Mapping[str, float]:
         dataset, measured = runs.fe_contact(contacts), dict[str, float]()
         for name in names:
-            beyond = abs(deviations(dataset, name)) - relative_estimates(dataset, name)
-            measured |= by_case(dataset, name, beyond)
+            if over == "number":
+                beyond = abs(deviations(dataset, name)) - relative_estimates(dataset, name)
+            else:
+                beyond = abs(differences(dataset, name)) - estimates(dataset, name)
+            with_c = (beyond / dataset["load"] if over == "load" else beyond).sel(ics="C")
+            measured |= {f"{case}, {name}": float(with_c[k]) for k, case in enumerate(case_names(dataset))}
         return measured
 
     return measure
 
 
-def beyond_estimate(contacts: Contacts, name: str, *, over_load: bool = False) -> Measure:
-    """Measure the same of a number that vanishes by symmetry, in its unit or over the load."""
-
-    def measure(runs: Runs) -> Mapping[str, float]:
-        dataset = runs.fe_contact(contacts)
-        beyond = abs(differences(dataset, name)) - estimates(dataset, name)
-        return by_case(dataset, name, beyond / dataset["load"] if over_load else beyond)
-
-    return measure
-
-
-def share_beyond_estimate_everywhere(names: Sequence[str]) -> Measure:
-    """Measure deviations of numbers with C beyond the estimate of finite elements, of both pairs."""
+def beyond_estimate_everywhere(*names: str) -> Measure:
+    """Measure the same of both pairs."""
     return lambda runs: {
         f"{contacts.scene}, {case}": value
         for contacts in (AT_ALL_ANGLES, CENTRED)
-        for case, value in share_beyond_estimate(contacts, names)(runs).items()
+        for case, value in beyond_estimate(contacts, *names)(runs).items()
     }
 
 
@@ -115,11 +105,11 @@ def angle_details(runs: Runs) -> Mapping[str, float]:
     return details
 
 
-def pressure_panels(contacts: Contacts) -> Callable[[Runs], list[Panel]]:
+def pressure_panels(contacts: Contacts) -> Callable[[Runs], Iterable[Panel]]:
     """Draw pressures across the patch by finite elements and with ICs, a panel per load."""
 
-    def panels(runs: Runs) -> list[Panel]:
-        dataset, drawn = runs.fe_contact(contacts), []
+    def panels(runs: Runs) -> Iterator[Panel]:
+        dataset = runs.fe_contact(contacts)
         for number, case in enumerate(case_names(dataset)):
             p = pressures(dataset, number).dropna("ics", how="all")
             p_fe = dataset.p_fe.isel(case=number).dropna("s_fe")
@@ -129,8 +119,7 @@ def pressure_panels(contacts: Contacts) -> Callable[[Runs], list[Panel]]:
                 for name in p.ics.values
             } | {FE: p_fe.values}
             title = f"{contacts.scene}, {case}"
-            drawn.append(Panel(title, "s [mm]", "pressure at x = 0 [MPa]", make_curves(s, curves)))
-        return drawn
+            yield Panel(title, "s [mm]", "pressure at x = 0 [MPa]", make_curves(s, curves))
 
     return panels
 
@@ -267,17 +256,15 @@ def rigid_details(runs: Runs) -> Mapping[str, float]:
     return details
 
 
-def rigid_panels(runs: Runs) -> list[Panel]:
+def rigid_panels(runs: Runs) -> Iterator[Panel]:
     """Return differences over the load with all ICs, and M_zz times the load, a panel per pair."""
-    panels = []
     for contacts in RIGID_SERIES:
         dataset, load = runs.fe_contact(contacts), np.array(contacts.loads) / 1e3
         names = [str(name) for name in dataset.ics.values if name != FE]
         curves = make_curves(load, {ics_symbol(name): rigid_parts(dataset, name) for name in names})
         rigid = Curve("M_zz · load", load, float(dataset.rigid_compliance) * 1e3 * load)
         title = f"{contacts.scene}: approach by finite elements less that with ICs"
-        panels.append(Panel(title, "load [kN]", "difference [mm]", [*curves, rigid]))
-    return panels
+        yield Panel(title, "load [kN]", "difference [mm]", [*curves, rigid])
 
 
 STATEMENTS = (
@@ -290,14 +277,14 @@ STATEMENTS = (
                 "patch",
                 f"{CENTRED.scene}: a, b, Δδ, p_max with C: deviation from finite elements minus "
                 "their estimate",
-                share_beyond_estimate(CENTRED, OF_PATCH),
+                beyond_estimate(CENTRED, *OF_PATCH),
             ),
             below(
                 AGREES,
                 "approach",
                 f"{CENTRED.scene}: approach with C, likewise; without M_zz of both bodies, and "
                 "nothing fitted",
-                share_beyond_estimate(CENTRED, (APPROACH,)),
+                beyond_estimate(CENTRED, APPROACH),
             ),
         ),
         pressure_panels(CENTRED),
@@ -312,25 +299,25 @@ STATEMENTS = (
                 "pressure",
                 f"{BESIDE.scene}, upper body moved by {BESIDE.shift:g} mm: p_max with C: deviation from "
                 "finite elements minus their estimate",
-                share_beyond_estimate(BESIDE, ("p_max",)),
+                beyond_estimate(BESIDE, "p_max"),
             ),
             below(
                 AGREES_FORCE,
                 "force",
                 "lateral force with C, likewise, over the load",
-                beyond_estimate(BESIDE, "F_y", over_load=True),
+                beyond_estimate(BESIDE, "F_y", over="load"),
             ),
             below(
                 AGREES_CENTRE,
                 "centre",
                 "centre of pressure with C, likewise [mm]",
-                beyond_estimate(BESIDE, "s_centre"),
+                beyond_estimate(BESIDE, "s_centre", over="unit"),
             ),
             below(
                 AGREES,
                 "approach",
                 "approach with C, likewise, as a share; without M_zz of both bodies, and nothing fitted",
-                share_beyond_estimate(BESIDE, (APPROACH,)),
+                beyond_estimate(BESIDE, APPROACH),
             ),
         ),
         pressure_panels(BESIDE),
@@ -375,13 +362,13 @@ STATEMENTS = (
                 AGREES,
                 "patch",
                 "a, b, Δδ, p_max with C: deviation from finite elements minus their estimate",
-                share_beyond_estimate_everywhere(OF_PATCH),
+                beyond_estimate_everywhere(*OF_PATCH),
             ),
             below(
                 AGREES,
                 "approach",
                 "approach with C, likewise; without M_zz of both bodies",
-                share_beyond_estimate_everywhere((APPROACH,)),
+                beyond_estimate_everywhere(APPROACH),
             ),
         ),
         angle_panels,

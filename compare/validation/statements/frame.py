@@ -4,7 +4,7 @@ A statement is a claim with criteria; a criterion is a threshold for a number th
 cases; the verdict follows from which criteria are met in which cases.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, Self
 
@@ -31,6 +31,9 @@ class Estimated(float):
         number = super().__new__(cls, value)
         number.estimate = np.inf if np.isnan(estimate) else abs(estimate)
         return number
+
+    def __abs__(self) -> "Estimated":
+        return Estimated(super().__abs__(), self.estimate)
 
 
 def estimated_error(value: float) -> float:
@@ -106,7 +109,7 @@ class Statement:
     number: int
     claim: str
     criteria: Sequence[Criterion]
-    panels: Callable[[Any], Sequence[Panel]]
+    panels: Callable[[Any], Iterable[Panel]]
     details: Measure = lambda _: {}
     columns: int = 2  # one for each geometry
 

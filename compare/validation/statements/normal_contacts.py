@@ -5,7 +5,7 @@ load with all ICs. Estimates of errors are those of C and of the elements, on wh
 Shapes of pressures say where errors of ICs matter.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise, product
 
 import numpy as np
@@ -60,16 +60,10 @@ def at_source_loads(runs: Runs) -> Iterator[tuple[str, ContactSeries, float, flo
             yield f"{pair}, {load:g} N", runs.contact_series(pair), load, angle
 
 
-def error_size(series: ContactSeries, load: float, ics: str, name: str) -> Estimated:
-    """Return the |error| of a number with some ICs."""
-    error = series.error(load, ics, name)
-    return Estimated(abs(error), error.estimate)
-
-
 def error_sizes(ics: Sequence[str], angles: Sequence[float]) -> Measure:
     """Measure |errors| of both pairs at angles of the patch with C."""
     return lambda runs: {
-        f"{case}, {name} by {ics_symbol(which)}": error_size(series, load, which, name)
+        f"{case}, {name} by {ics_symbol(which)}": abs(series.error(load, which, name))
         for case, series, load in at_angles(runs, angles)
         for name, which in product(NAMES, ics)
     }
@@ -80,7 +74,7 @@ def tall_minus_wide(runs: Runs) -> Mapping[str, float]:
     measured = {}
     for angle, name in product(ANGLES, NAMES):
         wide, tall = (
-            error_size(series, series.load_at(angle), "A", name) for series in map(runs.contact_series, PAIRS)
+            abs(series.error(series.load_at(angle), "A", name)) for series in map(runs.contact_series, PAIRS)
         )
         measured[f"{angle:g}°, {name}"] = Estimated(tall - wide, tall.estimate + wide.estimate)
     return measured
@@ -120,60 +114,50 @@ def angle_deviations(runs: Runs) -> Mapping[str, float]:
     return measured
 
 
-def error_panels(ics: Sequence[str], angles: Sequence[float]) -> Callable[[Runs], list[Panel]]:
+def error_panels(ics: Sequence[str], angles: Sequence[float]) -> Callable[[Runs], Iterable[Panel]]:
     """Draw errors over the angle of the patch: a row per number, a column per pair."""
 
-    def panels(runs: Runs) -> list[Panel]:
-        drawn = []
+    def panels(runs: Runs) -> Iterator[Panel]:
         for name, pair in product(NAMES, PAIRS):
             errors = {which: errors_at(runs.contact_series(pair), angles, which, name) for which in ics}
             curves = {ics_symbol(which): 100 * np.array(values) for which, values in errors.items()}
-            drawn.append(
-                Panel(
-                    f"{pair}: error of {OF_FRICTIONLESS[name].symbol}",
-                    "Δδ with C [deg]",
-                    "error [%]",
-                    make_curves(angles, curves),
-                    levels=(-5.0, 5.0),
-                )
+            yield Panel(
+                f"{pair}: error of {OF_FRICTIONLESS[name].symbol}",
+                "Δδ with C [deg]",
+                "error [%]",
+                make_curves(angles, curves),
+                levels=(-5.0, 5.0),
             )
-        return drawn
 
     return panels
 
 
-def _pairs_panels(runs: Runs) -> list[Panel]:
+def _pairs_panels(runs: Runs) -> Iterator[Panel]:
     """Return panels of the errors of A on both pairs, by number."""
-    panels = []
     for name in NAMES:
         errors = {pair: errors_at(runs.contact_series(pair), ANGLES, "A", name) for pair in PAIRS}
         curves = make_curves(ANGLES, {pair: 100 * np.abs(values) for pair, values in errors.items()})
         title = f"error of {OF_FRICTIONLESS[name].symbol} by A"
-        panels.append(Panel(title, "Δδ with C [deg]", "|error| [%]", curves))
-    return panels
+        yield Panel(title, "Δδ with C [deg]", "|error| [%]", curves)
 
 
-def _angle_panels(runs: Runs) -> list[Panel]:
+def _angle_panels(runs: Runs) -> Iterator[Panel]:
     """Return panels of the angle of the patch over the load, with all ICs, and the angles of the source."""
-    panels = []
     for pair, angles in SOURCE_ANGLES.items():
         series = runs.contact_series(pair)
         loads = np.array([series.load_at(angle) for angle in ANGLES])
         curves = {
             ics_symbol(ics): np.array([series.angle(load, ics) for load in loads]) for ics in (C, "A", "Bhat")
         }
-        panels.append(
-            Panel(
-                pair,
-                "load [kN]",
-                "Δδ [deg]",
-                make_curves(loads / 1e3, curves),
-                log_x=True,
-                marks=tuple(load / 1e3 for load in angles),
-                levels=tuple(angles.values()),
-            )
+        yield Panel(
+            pair,
+            "load [kN]",
+            "Δδ [deg]",
+            make_curves(loads / 1e3, curves),
+            log_x=True,
+            marks=tuple(load / 1e3 for load in angles),
+            levels=tuple(angles.values()),
         )
-    return panels
 
 
 def angle_details(runs: Runs) -> Mapping[str, float]:
@@ -360,16 +344,16 @@ def kurtosis(places: Array, p: Array) -> float:
     return float(np.sum(p * offsets**4) * np.sum(p) / np.sum(p * offsets**2) ** 2)
 
 
-def source_peakedness(runs: Runs, pair: str, load: float, along: str) -> float:
-    """Return the peakedness of the pressures with C under a load of the source [N]."""
-    return peakedness(*pressure_profile(runs.contact_series(pair).solved(load), along))
+def source_profile(runs: Runs, pair: str, load: float, along: str) -> tuple[Array, Array]:
+    """Return places and pressures of the profile with C under a load of the source [N]."""
+    return pressure_profile(runs.contact_series(pair).solved(load), along)
 
 
 def peakedness_growth(along: str, pairs: Sequence[str]) -> Measure:
     """Measure the peakedness with C under each of the source's loads over that under the load before, - 1."""
     return lambda runs: {
-        f"{pair}, {low / 1e3:g} to {high / 1e3:g} kN": source_peakedness(runs, pair, high, along)
-        / source_peakedness(runs, pair, low, along)
+        f"{pair}, {low / 1e3:g} to {high / 1e3:g} kN": peakedness(*source_profile(runs, pair, high, along))
+        / peakedness(*source_profile(runs, pair, low, along))
         - 1
         for pair in pairs
         for low, high in pairwise(SOURCE_ANGLES[pair])
@@ -379,7 +363,7 @@ def peakedness_growth(along: str, pairs: Sequence[str]) -> Measure:
 def off_hertz(along: str) -> Measure:
     """Measure |peakedness with C over that of Hertz's pressures - 1| under the source's loads."""
     return lambda runs: {
-        f"{pair}, {load / 1e3:g} kN": abs(source_peakedness(runs, pair, load, along) / OF_HERTZ - 1)
+        f"{pair}, {load / 1e3:g} kN": abs(peakedness(*source_profile(runs, pair, load, along)) / OF_HERTZ - 1)
         for pair in PAIRS
         for load in SOURCE_ANGLES[pair]
     }
@@ -390,30 +374,27 @@ def shape_details(runs: Runs) -> Mapping[str, float]:
     details: dict[str, float] = {}
     for pair in PAIRS:
         for load, along in product(SOURCE_ANGLES[pair], ("s", "x")):
-            profile = pressure_profile(runs.contact_series(pair).solved(load), along)
+            profile = source_profile(runs, pair, load, along)
             case = f"{pair}, {load / 1e3:g} kN, along {along}"
             details[f"{case}: largest over mean pressure, of Hertz's"] = peakedness(*profile) / OF_HERTZ
             details[f"{case}: kurtosis ({KURTOSIS_OF_HERTZ:g} of Hertz's)"] = kurtosis(*profile)
     return details
 
 
-def _shape_panels(runs: Runs) -> list[Panel]:
+def _shape_panels(runs: Runs) -> Iterator[Panel]:
     """Return profiles over their mean, a row per line, a column per pair, and Hertz's."""
-    at, panels = np.linspace(-1, 1, 101), []
+    at = np.linspace(-1, 1, 101)
     for along, pair in product(("s", "x"), PAIRS):
         curves = {}
         for load in SOURCE_ANGLES[pair]:
-            places, p = pressure_profile(runs.contact_series(pair).solved(load), along)
+            places, p = source_profile(runs, pair, load, along)
             curves[f"{load / 1e3:g} kN"] = np.interp(at, places, p) * peakedness(places, p) / np.max(p)
-        panels.append(
-            Panel(
-                f"{pair}: pressures with C along {along}",
-                f"{along} over the half-length of the patch",
-                "pressure over its mean",
-                make_curves(at, curves | {"Hertz": OF_HERTZ * np.sqrt(1 - at**2)}),
-            )
+        yield Panel(
+            f"{pair}: pressures with C along {along}",
+            f"{along} over the half-length of the patch",
+            "pressure over its mean",
+            make_curves(at, curves | {"Hertz": OF_HERTZ * np.sqrt(1 - at**2)}),
         )
-    return panels
 
 
 # --- 32: displacements under given pressures ------------------------------------------------------------
@@ -468,9 +449,9 @@ def difference_details(runs: Runs) -> Mapping[str, float]:
     return details
 
 
-def _difference_panels(runs: Runs) -> list[Panel]:
+def _difference_panels(runs: Runs) -> Iterator[Panel]:
     """Return differences along s at x = 0 on the patch of each pair, under the pressures of both."""
-    cases, panels = displacement_differences(runs, SHAPE_LOADS), []
+    cases = displacement_differences(runs, SHAPE_LOADS)
     for patch in PAIRS:
         case = cases[WIDE, patch]
         row = len(case.x) // 2
@@ -480,8 +461,7 @@ def _difference_panels(runs: Runs) -> list[Panel]:
             for pressures in PAIRS
         }
         title, label = f"patch of {patch}: u_n by A less B̂", "of the largest u_n by B̂ [%]"
-        panels.append(Panel(title, "s [mm]", label, make_curves(case.s[inside], curves)))
-    return panels
+        yield Panel(title, "s [mm]", label, make_curves(case.s[inside], curves))
 
 
 ON_SHAPES = (

@@ -86,7 +86,7 @@ def assess(number: int, runs: Runs) -> tuple[Entry, Sequence[Panel]]:
     statement = STATEMENTS[number]
     try:
         values = {criterion.name: criterion.measure(runs) for criterion in statement.criteria}
-        panels, details = statement.panels(runs), statement.details(runs)
+        panels, details = list(statement.panels(runs)), statement.details(runs)
     except Failure as error:
         return as_entry(statement, {}, failed=in_keys(error)), ()
     return as_entry(statement, values, details), panels

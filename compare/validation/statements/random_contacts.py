@@ -431,23 +431,16 @@ def random_contacts(runs: Runs, study: str) -> list[GridComparison]:
     )
 
 
-def share_held(study: str) -> Measure:
-    """Measure the share of random contacts whose error is within its estimate, by number."""
+def covered(study: str, kind: str) -> Measure:
+    """Measure the share of errors that are "held", or the "median" width, of random contacts by number.
+
+    Numbers that are given have no errors, and no width.
+    """
 
     def measure(runs: Runs) -> Mapping[str, float]:
         contacts = random_contacts(runs, study)
-        return {f"{study}, {name}": coverage(contacts, name).held for name in contacts[0].numbers}
-
-    return measure
-
-
-def median_width(study: str) -> Measure:
-    """Measure the median of estimate over error of random contacts, by number; given ones have no errors."""
-
-    def measure(runs: Runs) -> Mapping[str, float]:
-        contacts = random_contacts(runs, study)
-        medians = {name: coverage(contacts, name).median for name in contacts[0].numbers}
-        return {f"{study}, {name}": median for name, median in medians.items() if np.isfinite(median)}
+        values = {name: getattr(coverage(contacts, name), kind) for name in contacts[0].numbers}
+        return {f"{study}, {name}": value for name, value in values.items() if np.isfinite(value)}
 
     return measure
 
@@ -468,9 +461,8 @@ def coverage_details(runs: Runs) -> Mapping[str, float]:
     return details
 
 
-def _panels(runs: Runs) -> list[Panel]:
+def _panels(runs: Runs) -> Iterator[Panel]:
     """Return the share of contacts whose error is at most a multiple of its estimate, over the multiple."""
-    panels = []
     for study in STUDIES:
         contacts = random_contacts(runs, study)
         held = {
@@ -479,16 +471,13 @@ def _panels(runs: Runs) -> list[Panel]:
             else np.full(len(FACTORS), np.nan)
             for name in SHOWN
         }
-        panels.append(
-            Panel(
-                f"{study}, {len(contacts)} random contacts",
-                "multiple of the estimate [-]",
-                "share of contacts with an error below [-]",
-                make_curves(FACTORS, held),
-                marks=(1.0,),
-            )
+        yield Panel(
+            f"{study}, {len(contacts)} random contacts",
+            "multiple of the estimate [-]",
+            "share of contacts with an error below [-]",
+            make_curves(FACTORS, held),
+            marks=(1.0,),
         )
-    return panels
 
 
 STATEMENTS = (
@@ -503,7 +492,7 @@ STATEMENTS = (
                     HELD,
                     f"held {study}",
                     f"share of {COUNTS[study]} random contacts, {study}, whose error is within its estimate",
-                    share_held(study),
+                    covered(study, "held"),
                 )
                 for study in STUDIES
             ),
@@ -512,7 +501,7 @@ STATEMENTS = (
                     USEFUL,
                     f"width {study}",
                     f"median of estimate over error of {COUNTS[study]} random contacts, {study}",
-                    median_width(study),
+                    covered(study, "median"),
                 )
                 for study in STUDIES
             ),

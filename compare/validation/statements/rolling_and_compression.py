@@ -1,6 +1,6 @@
 """Statements 34 to 37 ([BVSV] section 6.2): how ICs change steady rolling and static compression."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -33,7 +33,7 @@ from compare.validation.statements.friction_contacts import (
     traction_distance,
     traction_distance_along,
 )
-from compare.validation.statements.runs import Runs
+from compare.validation.statements.runs import Runs, solved_once
 from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
 from femic.contact.motions.rolling import scaled_force
@@ -94,20 +94,17 @@ def _difference_panel(runs: Runs, friction: float) -> Panel:
     return Panel(f"friction {friction:g}", CREEPAGE, "F_x minus F_x with C, over friction load [-]", curves)
 
 
-def _line_panels(runs: Runs, frictions: Sequence[float] = (LOW,)) -> list[Panel]:
-    contacts, panels = rolling(runs), []
+def _line_panels(runs: Runs, frictions: Sequence[float] = (LOW,)) -> Iterator[Panel]:
+    contacts = rolling(runs)
     for friction in frictions:
         line = centre_line(contacts, friction)
         line = line / float(np.max(np.abs(line.sel(ics="C").values)))
-        panels.append(
-            Panel(
-                f"friction {friction:g}, F_x = {contacts.attrs['equal_force']:g} friction load",
-                "x [mm]",
-                "p_x at s = 0 over the largest with C [-]",
-                make_curves(contacts.x.values, by_symbol(line, DRAWN)),
-            )
+        yield Panel(
+            f"friction {friction:g}, F_x = {contacts.attrs['equal_force']:g} friction load",
+            "x [mm]",
+            "p_x at s = 0 over the largest with C [-]",
+            make_curves(contacts.x.values, by_symbol(line, DRAWN)),
         )
-    return panels
 
 
 # --- 35: tractions at equal force, and elsewhere on the curve -------------------------------------------
@@ -117,6 +114,7 @@ XN_ONLY = "Bhat+xn:Bhat_prime"  # effective properties in xn and nx alone
 LINE_ICS = ("B", "Bhat", "Bhat_prime", XN_ONLY, "mix", C)
 
 
+@solved_once("tractions elsewhere")
 def lines_elsewhere(runs: Runs) -> Mapping[tuple[str, str], Array]:
     """Return tractions (n_x, 3) on the centre line at the least friction by place on the curve and ICs.
 
@@ -148,7 +146,7 @@ def line_details(runs: Runs) -> Mapping[str, float]:
             at, bound = case(friction, name), line_distance_over_bound(contacts, friction, name)
             details[f"over p_x: {at}"] = line_distance(contacts, friction, name)
             details[f"over friction times pressure: {at}"] = bound
-    lines = runs.once("tractions elsewhere", lambda: lines_elsewhere(runs))
+    lines = lines_elsewhere(runs)
     for place, name in lines:
         if name != C:
             by_c, at = lines[place, C], f"{place}, {case(LOW, name)}"

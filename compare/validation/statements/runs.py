@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import wraps
 from typing import Any, TypeVar
 
 import xarray as xr
@@ -160,3 +161,12 @@ class Runs:
 
     def _solve(self, name: str, make_scene: Callable[[], Scene]) -> Results:
         return self.once(name, lambda: compute(make_scene(), self.options), self.done)
+
+
+def solved_once(name: str) -> Callable[[Callable[[Runs], Value]], Callable[[Runs], Value]]:
+    """Make what a function solves a result of the runs, by a name: it is solved when it is first used."""
+
+    def decorate(solve: Callable[[Runs], Value]) -> Callable[[Runs], Value]:
+        return wraps(solve)(lambda runs: runs.once(name, lambda: solve(runs)))
+
+    return decorate

@@ -5,7 +5,7 @@ surface; narrow peaks with smaller elements; several patches with one grid over 
 of Hertz under one approach.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -17,7 +17,7 @@ from compare.report.charts import Panel, make_curves
 from compare.report.looks import ics_symbol
 from compare.validation.statements.closed_forms import CONE_LOAD, RADIUS, STEEL, Cone, on_grid
 from compare.validation.statements.frame import Statement, above, below
-from compare.validation.statements.runs import Runs
+from compare.validation.statements.runs import Runs, solved_once
 from femic.contact.estimates import Measured, errors
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.loading import Loading
@@ -165,21 +165,22 @@ def on_centre_line(contact: AreasContact) -> tuple[Array, Array]:
 # --- 46 -------------------------------------------------------------------------------------------------
 
 
-def planar_wheel(runs: Runs, shift: float) -> PlanarContact:
+def solve_planar_wheel(wheel: Wheel) -> PlanarContact:
     """Return the planar contact of S1002 on 60E1."""
-
-    def solved() -> PlanarContact:
-        wheel = standard_wheel(shift)
-        return solve_planar(wheel.bodies, LOAD, elements=ELEMENTS, roll=wheel.roll)
-
-    return runs.once(f"planar contact of S1002 on 60E1 at {shift:g} mm", solved)
+    return solve_planar(wheel.bodies, LOAD, elements=ELEMENTS, roll=wheel.roll)
 
 
-def planar_lateral(runs: Runs) -> Mapping[str, float]:
+@solved_once(f"planar contact of S1002 on 60E1 at {TOUCHING_A_JUMP:g} mm")
+def planar_wheel(_: Runs) -> PlanarContact:
+    """Return the planar contact where the curvature jumps."""
+    return solve_planar_wheel(standard_wheel(TOUCHING_A_JUMP))
+
+
+def planar_lateral(_: Runs) -> Mapping[str, float]:
     """Return the difference of the lateral force on a flange from that of CONTACT, as a share."""
-    roll = standard_wheel(ON_FLANGE).roll
-    patches = planar_wheel(runs, ON_FLANGE).patches
-    force = sum(patch.normal_force * np.sin(patch.plane.angle - roll) for patch in patches)
+    wheel = standard_wheel(ON_FLANGE)
+    patches = solve_planar_wheel(wheel).patches
+    force = sum(patch.normal_force * np.sin(patch.plane.angle - wheel.roll) for patch in patches)
     return {"S1002 on 60E1, 7 mm: lateral force over CONTACT's - 1": float(abs(force) / LATERAL - 1)}
 
 
@@ -201,30 +202,28 @@ def planar_orders(_: Runs) -> Mapping[str, float]:
     p_max where the contact is level, the lateral force where it is not: beside the crown edges lie otherwise
     on both grids, which p_max shows.
     """
+
+    def planar_over_curved(cone: Cone, load: float) -> float:
+        bodies, larger = on_grid(cone), (load / CONE_LOAD) ** (1 / 3)
+        grid = replace(bodies.grid, dx=bodies.grid.dx * larger, ds=bodies.grid.ds * larger)
+        curved = replace(bodies, grid=grid)
+        flat = replace(planar(curved, cone.s), grid=replace(grid, s=0.0))
+        one, other = (each.solve(each.flat, Loading(load)) for each in (flat, curved))
+        if cone.delta == 0:
+            return float(np.max(one.normal.p) / np.max(other.normal.p) - 1)
+        return one.lateral_force / other.lateral_force - 1
+
     orders = {}
     for slope in (0.0, *SLOPES):
-        apart = [_planar_over_curved(Cone(float(np.arctan(slope))), load) for load in (LARGE, SMALL)]
+        large, small = (planar_over_curved(Cone(float(np.arctan(slope))), load) for load in (LARGE, SMALL))
         name = "F_y" if slope else "p_max"
-        orders[f"cone {slope:+g}, {name}"] = abs(float(np.log2(apart[0] / apart[1])) - 2)
+        orders[f"cone {slope:+g}, {name}"] = abs(float(np.log2(large / small)) - 2)
     return orders
 
 
-def _planar_over_curved(cone: Cone, load: float) -> float:
-    """Return the lateral force, where there is none p_max, in a plane over that on the surface, less 1."""
-    bodies, larger = on_grid(cone), (load / CONE_LOAD) ** (1 / 3)
-    grid = replace(bodies.grid, dx=bodies.grid.dx * larger, ds=bodies.grid.ds * larger)
-    curved = replace(bodies, grid=grid)
-    flat = replace(planar(curved, cone.s), grid=replace(grid, s=0.0))
-    one, other = (each.solve(each.flat, Loading(load)) for each in (flat, curved))
-    if cone.delta == 0:
-        return float(np.max(one.normal.p) / np.max(other.normal.p) - 1)
-    return one.lateral_force / other.lateral_force - 1
-
-
 def _planar_panels(runs: Runs) -> list[Panel]:
-    wheel, contact = standard_wheel(TOUCHING_A_JUMP), planar_wheel(runs, TOUCHING_A_JUMP)
-    s, p = on_centre_line(wheel.solve("A", wheel.grids))
-    (patch,) = contact.patches
+    s, p = on_centre_line(standard_wheel(TOUCHING_A_JUMP).solve("A"))
+    (patch,) = planar_wheel(runs).patches
     grid = patch.on_grid.grid
     on_rail = patch.plane.lower_arc_length(grid.strips)
     known = np.isfinite(on_rail)
@@ -236,32 +235,28 @@ def _planar_panels(runs: Runs) -> list[Panel]:
 # --- 47 -------------------------------------------------------------------------------------------------
 
 
-def peaks(runs: Runs) -> Mapping[str, Mapping[str, AreasContact]]:
+@solved_once("narrow peaks")
+def peaks(_: Runs) -> Mapping[str, Mapping[str, AreasContact]]:
     """Return contacts of rails whose curvature jumps where a wheel touches them, by their grids.
 
     "default", without refined elements, and with smaller ones than by default.
     """
-
-    def solved() -> Mapping[str, Mapping[str, AreasContact]]:
-        contacts = {}
-        for radius in (SHARP, ROUND):
-            wheel = Wheel(kinked(radius), KINKED_LOAD)
-            grids = {
-                "default": wheel.grids,
-                UNREFINED: fitting_grids(wheel.bodies, wheel.found[0], ELEMENTS, MOST_STRIPS),
-            } | {
-                label: [
-                    replace(grid, n_x=grid.n_x * x, n_s=grid.n_s * s, dx=grid.dx / x, ds=grid.ds / s)
-                    for grid in wheel.grids
-                ]
-                for label, (x, s) in FINER.items()
-            }
-            for ics in ICS:
-                name = f"{radius:g} mm beside 200 mm, {ics_symbol(ics)}"
-                contacts[name] = {label: wheel.solve(ics, each) for label, each in grids.items()}
-        return contacts
-
-    return runs.once("narrow peaks", solved)
+    contacts = {}
+    for radius in (SHARP, ROUND):
+        wheel = Wheel(kinked(radius), KINKED_LOAD)
+        grids: dict[str, Sequence[Grid]] = {
+            "default": wheel.grids,
+            UNREFINED: fitting_grids(wheel.bodies, wheel.found[0], ELEMENTS, MOST_STRIPS),
+        }
+        for label, (x, s) in FINER.items():
+            grids[label] = [
+                replace(grid, n_x=grid.n_x * x, n_s=grid.n_s * s, dx=grid.dx / x, ds=grid.ds / s)
+                for grid in wheel.grids
+            ]
+        for ics in ICS:
+            name = f"{radius:g} mm beside 200 mm, {ics_symbol(ics)}"
+            contacts[name] = {label: wheel.solve(ics, each) for label, each in grids.items()}
+    return contacts
 
 
 def peak_errors(runs: Runs) -> Mapping[str, float]:
@@ -293,24 +288,21 @@ def peak_details(runs: Runs) -> Mapping[str, float]:
     }
 
 
-def _peak_panels(runs: Runs) -> list[Panel]:
-    panels = []
+def _peak_panels(runs: Runs) -> Iterator[Panel]:
     for name, by_grid in peaks(runs).items():
         lines = {label: on_centre_line(by_grid[label]) for label in (*FINER, "default", UNREFINED)}
         s = np.unique(np.concatenate([places for places, _ in lines.values()]))
         curves = make_curves(s, {label: np.interp(s, *line) for label, line in lines.items()})
-        panels.append(Panel(f"radius of {name}", "s  [mm]", "p_n  [MPa]", curves))
-    return panels
+        yield Panel(f"radius of {name}", "s  [mm]", "p_n  [MPa]", curves)
 
 
 # --- 48 -------------------------------------------------------------------------------------------------
 
 
-def two_patches(runs: Runs) -> Mapping[float, AreasContact]:
+@solved_once("two patches")
+def two_patches(_: Runs) -> Mapping[float, AreasContact]:
     """Return contacts of a wheel of two cones with A on the default grids, by the angle of the load."""
-    return runs.once(
-        "two patches", lambda: {roll: Wheel(two_cones(), TWO_LOAD, roll).solve("A") for roll in ROLLS}
-    )
+    return {roll: Wheel(two_cones(), TWO_LOAD, roll).solve("A") for roll in ROLLS}
 
 
 def patch_forces(contact: AreasContact) -> Array:
@@ -371,16 +363,13 @@ def load_errors(runs: Runs) -> Mapping[str, float]:
     }
 
 
-def one_grid(runs: Runs) -> Mapping[str, tuple[AreasContact, AreasContact]]:
+@solved_once("one grid and two areas")
+def one_grid(_: Runs) -> Mapping[str, tuple[AreasContact, AreasContact]]:
     """Return the contact on one grid over both patches, and on the same cut in two, by ICs."""
-
-    def solved() -> Mapping[str, tuple[AreasContact, AreasContact]]:
-        wheel, half = Wheel(two_cones(), TWO_LOAD), BOTH.n_s // 2
-        middles = (float(np.mean(BOTH.strips[:half])), float(np.mean(BOTH.strips[half:])))
-        halves = [replace(BOTH, n_s=half, s=middle) for middle in middles]
-        return {ics: (wheel.solve(ics, [BOTH]), wheel.solve(ics, halves)) for ics in ICS}
-
-    return runs.once("one grid and two areas", solved)
+    wheel, half = Wheel(two_cones(), TWO_LOAD), BOTH.n_s // 2
+    middles = (float(np.mean(BOTH.strips[:half])), float(np.mean(BOTH.strips[half:])))
+    halves = [replace(BOTH, n_s=half, s=middle) for middle in middles]
+    return {ics: (wheel.solve(ics, [BOTH]), wheel.solve(ics, halves)) for ics in ICS}
 
 
 def area_differences(runs: Runs) -> Mapping[str, float]:
@@ -404,15 +393,11 @@ def second_patch_effects(runs: Runs) -> Mapping[str, float]:
     return effects
 
 
-def _patch_panels(runs: Runs) -> list[Panel]:
-    panels = []
+def _patch_panels(runs: Runs) -> Iterator[Panel]:
     for ics, (one, two) in one_grid(runs).items():
         (s, p), (_, parts) = on_centre_line(one), on_centre_line(two)
         curves = make_curves(s, {"one grid": p, "two areas": parts})
-        panels.append(
-            Panel(f"two cones on a rail, 20 kN, {ics_symbol(ics)}", "s  [mm]", "p_n  [MPa]", curves)
-        )
-    return panels
+        yield Panel(f"two cones on a rail, 20 kN, {ics_symbol(ics)}", "s  [mm]", "p_n  [MPa]", curves)
 
 
 STATEMENTS = (
@@ -426,9 +411,7 @@ STATEMENTS = (
                 OF_CONTACT,
                 "CONTACT",
                 "|p_max over that of CONTACT (2087 MPa) - 1|",
-                lambda runs: {
-                    "S1002 on 60E1, 6.5 mm": abs(p_max(planar_wheel(runs, TOUCHING_A_JUMP)) / P_MAX - 1)
-                },
+                lambda runs: {"S1002 on 60E1, 6.5 mm": abs(p_max(planar_wheel(runs)) / P_MAX - 1)},
             ),
             below(
                 OF_HERTZ,

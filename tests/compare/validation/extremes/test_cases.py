@@ -254,16 +254,11 @@ def test_estimates_that_just_hold_are_honest():
     assert replace(reached, estimate=None, used=None).honest
 
 
-def test_a_refusal_is_reported_with_its_last_line():
-    def bad(_):
-        raise WrongInput("mine: 1 error(s)\n  lower.nu = 0.6: too large")
+def raising(error):
+    def call(_):
+        raise error
 
-    assert refusal("ν = 0.6", bad)(None) == BeyondLimit("ν = 0.6", "lower.nu = 0.6: too large")
-    assert refusal("ν = 0.3", lambda _: 0.3)(None) == BeyondLimit("ν = 0.3", "")
-
-
-def not_converged(*_):
-    raise NotConverged("after 5 iterations 3e-2, not 1e-6")
+    return call
 
 
 def in_place_of(first, second):
@@ -279,16 +274,17 @@ def in_place_of(first, second):
 
 
 SHORT, PLAIN = PotentialAreaTooSmall(("s < 0",), Loading(2.0)), Failure("it reaches the end")
+STUCK = NotConverged("3e-2")
 
 
 @pytest.mark.parametrize(
     ("call", "failed"),
     [
         (in_place_of(SHORT, PLAIN), False),
-        (in_place_of(SHORT, NotConverged("3e-2")), True),
-        (in_place_of(NotConverged("3e-2"), PLAIN), True),
-        (in_place_of(NotConverged("3e-2"), SHORT), False),
-        (not_converged, True),
+        (in_place_of(SHORT, STUCK), True),
+        (in_place_of(NotConverged("3e-2"), Failure("it reaches the end")), True),
+        (in_place_of(STUCK, SHORT), False),
+        (raising(STUCK), True),
     ],
     ids=["in place", "not converged in place", "in place of that", "named in place", "not converged"],
 )
@@ -299,16 +295,22 @@ def test_only_failures_that_a_case_names_are_refusals(call, failed):
     assert result.says
 
 
-def test_without_names_no_failure_is_a_refusal_but_all_wrong_input_is():
-    def plain(_):
-        raise Failure("no: a larger `tolerance`")
-
-    def wrong(_):
-        raise WrongInput("no: nu")
-
-    assert refusal("", plain)(None) == BeyondLimit("", "no: a larger engine.tolerance", failed=True)
-    assert refusal("", not_converged)(None).failed
-    assert refusal("", wrong)(None) == BeyondLimit("", "no: nu")
+@pytest.mark.parametrize(
+    ("call", "text", "failed"),
+    [
+        (lambda _: 0.3, "", False),
+        (
+            raising(WrongInput("mine: 1 error(s)\n  lower.nu = 0.6: too large")),
+            "lower.nu = 0.6: too large",
+            False,
+        ),
+        (raising(Failure("no: a larger `tolerance`")), "no: a larger engine.tolerance", True),
+        (raising(NotConverged("3e-2")), "3e-2", True),
+    ],
+    ids=["taken", "wrong input", "failure", "not converged"],
+)
+def test_without_names_all_wrong_input_is_a_refusal_by_its_last_line_and_no_failure(call, text, failed):
+    assert refusal("here", call)(None) == BeyondLimit("here", text, failed=failed)
 
 
 def test_each_case_is_reported_with_its_numbers_and_a_failed_one_has_an_infinite_error():

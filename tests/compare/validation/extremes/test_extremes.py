@@ -25,13 +25,10 @@ from femic.reference.job import component_of
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.results.ics import compute, reference_ics, select_ics
 from femic.scenes.load import load_scene
-from geometries.errors import Failure
 from geometries.patches import Patch
 from tests.compare.conftest import estimated_errors
+from tests.compare.validation.extremes.test_analytic import ROUNDING
 from tests.compare.validation.statements.handmade import with_c, without_c
-
-ROUNDING = 5e-15  # some twenty roundings
-
 
 # --- femic extremes -------------------------------------------------------------------------------------
 
@@ -54,15 +51,6 @@ def test_analytic_ics_are_right_within_their_limits_and_refuse_what_is_beyond(of
     for row in of_analytic:
         assert max(case["error"] for case in row["reached"]) < ROUNDING, row["parameter"]
         assert all(case["says"] and not case["failed"] for case in row["beyond"])
-
-
-def test_a_wrong_digit_is_found():
-    case = analytic.HalfSpaces(x=1e8, s=-3e8)
-    assert case.error() < ROUNDING
-    right = analytic.exact_integrals
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(analytic, "exact_integrals", lambda *of: [value * (1 + 1e-13) for value in right(*of)])
-        assert case.error() == pytest.approx(1e-13, rel=0.1)
 
 
 def test_integrals_in_many_digits_are_those_of_the_kernels():
@@ -167,18 +155,6 @@ def test_each_component_is_judged_by_its_own_estimate():
     case = within_limit(flat(), changed)
     assert case.error < case.estimate
     assert case.used > 1
-
-
-def test_a_case_that_fails_is_reported(tmp_path, monkeypatch):
-    def failing(_):
-        raise Failure("not converged, and why")
-
-    row = Limit("analytic", "ν", "", (failing,))
-    monkeypatch.setitem(extremes.LIMITS, "analytic", lambda: [row])
-    assert exit_code(["extremes", "--of", "analytic", "--out", str(tmp_path)]) == DONE
-    record = json.loads((tmp_path / "extremes.json").read_text(encoding="utf-8"))
-    assert record["rows"][0]["reached"][0]["note"] == "not converged, and why"
-    assert record["rows"][0]["reached"][0]["error"] is None
 
 
 @pytest.mark.slow

@@ -214,15 +214,3 @@ MADE = {  # the threshold, and runs for a value
     (45, "patch"): (1e-4, lambda v: two_contacts(area=v)),
     (45, "approach"): (1e-5, lambda v: two_contacts(approach=v)),
 }
-BY_CLOSED_FORMS = {  # tests/compare/validation/statements/test_closed_forms.py
-    (44, name)
-    for name in (
-        *("Carter", "Carter stick", "Kalker", "full slip", "Cattaneo", "Cattaneo tractions"),
-        *("circles", "spin of cones"),
-    )
-}
-BY_WHEELS = {  # tests/compare/validation/statements/test_wheels.py
-    *((46, name) for name in ("CONTACT", "Hertz", "order")),
-    *((47, name) for name in ("within", "unrefined")),
-    *((48, name) for name in ("one grid", "Hertz", "load", "second patch")),
-}

@@ -1,40 +1,20 @@
 """The measures of closed forms hold, and each misses its threshold where a sign or a factor is wrong."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from compare.validation.statements import closed_forms
-from compare.validation.statements.page import STATEMENTS
 from femic.contact import frictional
 from femic.contact.friction.motion import RollingKinematics, Shift, SteadyRolling
 from femic.contact.rolling import RollingProblem
 from femic.contact.undeformed import Undeformed
-from tests.compare.validation.statements.friction_makers import BY_CLOSED_FORMS
+from tests.compare.validation.statements.mutations import CRITERIA, missed, quick_and_slow
 
-CRITERIA = {criterion.name: criterion for criterion in STATEMENTS[44].criteria}
 VELOCITY, BOUND = RollingKinematics.rigid_velocity, frictional.FrictionalProblem.bound
 SLIP, GIVEN, WEIGHTS = SteadyRolling.elastic_slip, Shift.given.fget, RollingProblem.weights.func
 HEIGHT = Undeformed.upper_height
-
-
-def missed(names=CRITERIA):
-    """Those of some criteria that are missed in some case; contacts are solved once for all of them."""
-    memory = {}
-
-    def once(name, compute):
-        if name not in memory:
-            memory[name] = compute()
-        return memory[name]
-
-    runs, chosen = SimpleNamespace(once=once), {name: CRITERIA[name] for name in names}
-    return {
-        name
-        for name, criterion in chosen.items()
-        if not all(map(criterion.met, criterion.measure(runs).values()))
-    }
 
 
 @pytest.fixture(autouse=True)
@@ -44,12 +24,8 @@ def _fewer(monkeypatch):
     monkeypatch.setattr(closed_forms, "SHIFTED", (0.6,))
 
 
-def test_all_criteria_are_named():
-    assert {(44, name) for name in CRITERIA} == BY_CLOSED_FORMS
-
-
 def test_closed_forms_are_met():
-    assert not missed()
+    assert not missed(key for key in CRITERIA if key[0] == 44)
 
 
 MUTATIONS = {  # what is wrong, and the criteria that must miss
@@ -119,13 +95,11 @@ MUTATIONS = {  # what is wrong, and the criteria that must miss
 QUICK = ("friction by a tenth", "displacements count twice in slip")
 
 
-@pytest.mark.parametrize(
-    "mutation",
-    [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in MUTATIONS],
-)
+@pytest.mark.parametrize("mutation", quick_and_slow(MUTATIONS, QUICK))
 def test_wrong_signs_and_factors_miss_criteria(mutation, monkeypatch):
-    target, name, wrong, seen_by = MUTATIONS[mutation]
+    target, name, wrong, names = MUTATIONS[mutation]
     monkeypatch.setattr(target, name, wrong)
+    seen_by = {(44, name) for name in names}
     assert seen_by == missed(seen_by)
 
 

@@ -15,10 +15,11 @@ from compare.validation.statements.frame import (
     find_verdict,
     ratio,
 )
-from compare.validation.statements.page import STATEMENTS, as_entry
+from compare.validation.statements.page import as_entry
 from femic.contact.datasets import MISSED
 from tests.compare.validation.statements import friction_makers
 from tests.compare.validation.statements.friction_makers import CURVE, SLIDING, TRACTION
+from tests.compare.validation.statements.mutations import CRITERIA
 from tests.compare.validation.statements.normal_makers import EXACT, KNOWN
 
 SMALL = Criterion("small", "", "<", 0.1, dict)
@@ -30,6 +31,10 @@ OPEN_SMALL, OPEN_LARGE = Estimated(0.12, 0.03), Estimated(0.9, 0.2)
 @pytest.mark.parametrize(
     ("small", "large", "verdict"),
     [
+        ({"a": 0.05}, {"a": 1.5}, REPRODUCED),
+        ({"a": 0.15}, {"a": 0.5}, NOT_REPRODUCED),
+        ({"a": 0.05, "b": 0.15}, {"a": 1.5}, DEPENDS),
+        ({"a": np.nan}, {"a": np.nan}, NOT_REPRODUCED),
         ({"a": 0.05, "b": OPEN_SMALL}, {"a": 2.0}, REPRODUCED),  # what is open does not count,
         ({"a": 0.15, "b": Estimated(0.09, 0.03)}, {"a": 0.5}, NOT_REPRODUCED),  # on either side
         ({"a": 0.05, "b": Estimated(0.12, 0.01)}, {"a": 2.0}, DEPENDS),
@@ -38,8 +43,17 @@ OPEN_SMALL, OPEN_LARGE = Estimated(0.12, 0.03), Estimated(0.9, 0.2)
         ({"a": OPEN_SMALL}, {"a": OPEN_LARGE}, NOT_DECIDED),
     ],
 )
-def test_what_a_number_is_known_to_may_leave_a_case_open(small, large, verdict):
+def test_a_verdict_follows_from_the_criteria_and_what_numbers_are_known_to(small, large, verdict):
     assert find_verdict(BOTH, {"small": small, "large": large}) == verdict
+
+
+def test_thresholds_themselves_are_not_met():
+    """Nor is what is no number, on either side."""
+    for criterion in (SMALL, LARGE):
+        assert not criterion.met(criterion.threshold)
+        assert not criterion.met(np.nan)
+    assert SMALL.met(np.nextafter(0.1, 0))
+    assert LARGE.met(np.nextafter(1.0, 2))
 
 
 def test_a_case_is_open_up_to_its_estimate():
@@ -52,6 +66,7 @@ def test_a_case_is_open_up_to_its_estimate():
 
 def test_results_have_the_estimates():
     made = as_entry(BOTH, {"small": {"a": OPEN_SMALL, "b": 0.05}, "large": {"a": 2.0}})
+    assert len(made["unmet"]) == 1
     small, large = made["criteria"]
     assert small["values"] == {"a": 0.12, "b": 0.05}
     assert small["estimates"] == {"a": 0.03, "b": 0.0}
@@ -69,11 +84,6 @@ def test_a_ratio_is_known_to_the_worst_that_its_parts_can_make_of_it():
     assert estimated_error(ratio(0.3, Estimated(0.1, 0.1))) == np.inf
     assert ratio(0.3, Estimated(0.0, 0.1)) == np.inf
     assert np.isnan(ratio(0.0, Estimated(0.0, 0.1)))
-
-
-def measured(number, name, made):
-    criterion = next(c for c in STATEMENTS[number].criteria if c.name == name)
-    return criterion, criterion.measure(made())
 
 
 def of_ratio(one, other, estimate):
@@ -102,7 +112,7 @@ KNOWN_TO = {  # a value, and its estimate by what the made contacts are known to
 def test_numbers_on_contact_are_known_to_the_estimates_of_their_contacts(number, name):
     value, estimate = KNOWN_TO[number, name]
     _, made = (EXACT | friction_makers.MADE)[number, name]
-    _, values = measured(number, name, made(value))
+    values = CRITERIA[number, name].measure(made(value)())
     assert max(map(estimated_error, values.values())) == pytest.approx(estimate, rel=0.05)
 
 
@@ -116,7 +126,8 @@ MISSED = {  # values that are missed for certain, and values that nobody can tel
 @pytest.mark.parametrize(("number", "name"), MISSED)
 def test_a_criterion_on_contact_can_be_missed_for_certain(number, name):
     _, made = (EXACT | friction_makers.MADE)[number, name]
-    certain, open_ones = (measured(number, name, made(value)) for value in MISSED[number, name])
-    for is_open, (criterion, values) in ((False, certain), (True, open_ones)):
-        assert not any(criterion.met(value) for value in values.values())
-        assert {criterion.close(value) for value in values.values()} == {is_open}
+    criterion = CRITERIA[number, name]
+    for is_open, value in enumerate(MISSED[number, name]):
+        values = criterion.measure(made(value)()).values()
+        assert not any(map(criterion.met, values))
+        assert set(map(criterion.close, values)) == {bool(is_open)}

@@ -46,7 +46,7 @@ def runs():
 def test_each_statement_has_finite_numbers_beside_it_and_panels_with_a_legend(number):
     statement, made = STATEMENTS[number], runs()
     assert all(np.isfinite(value) for value in statement.details(made).values())
-    panels = statement.panels(made)
+    panels = list(statement.panels(made))
     assert panels
     legend = json.loads(as_json(simple_chart("", panels, statement.columns)))["legend"]
     assert len({str(dict(entry, label="")) for entry in legend}) == len(legend)

@@ -212,7 +212,7 @@ def test_statements_have_numbers_panels_and_details(number, series, monkeypatch)
         values = criterion.measure(runs)
         assert values
         assert np.isfinite(list(values.values())).all(), (criterion.name, values)
-    panels = statement.panels(runs)
+    panels = list(statement.panels(runs))
     assert panels
     assert all(np.isfinite(curve.y).all() for panel in panels for curve in panel.curves)
     assert all(isinstance(value, float) for value in statement.details(runs).values())

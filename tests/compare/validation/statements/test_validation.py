@@ -3,7 +3,6 @@
 import json
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from approx import forms
@@ -14,14 +13,12 @@ from compare.report.interactive import as_json
 from compare.validation.statements import page as verdicts
 from compare.validation.statements.direct_components import nn_error
 from compare.validation.statements.frame import (
-    DEPENDS,
     NOT_DECIDED,
-    NOT_REPRODUCED,
     REPRODUCED,
     Criterion,
     Statement,
 )
-from compare.validation.statements.page import STATEMENTS, as_entry, assess
+from compare.validation.statements.page import STATEMENTS, assess
 from compare.validation.statements.runs import GEOMETRIES, Runs
 from femic.cache.store import Store
 from femic.cli.main import DONE, INTERRUPTED, WRONG_INPUT, exit_code
@@ -29,28 +26,10 @@ from femic.reference import result
 from femic.reference.harmonic import engine as harmonic_engine
 from femic.reference.run_options import RunOptions
 from geometries.errors import Failure
+from tests.compare.validation.statements.mutations import CRITERIA, quick_and_slow
 
-NEED_MORE = (
-    8,
-    11,
-    14,
-    15,
-    21,
-    22,
-    23,
-    24,
-    25,
-    *range(26, 49),
-)  # statements that need other runs than those of both geometries
+NEED_MORE = (8, 11, 14, 15, *range(21, 49))  # statements on other runs than those of both geometries
 OF_GEOMETRIES = tuple(number for number in STATEMENTS if number not in NEED_MORE)
-
-
-def nothing(_):
-    return {}
-
-
-NEAR, LARGE = Criterion("near", "", "<", 0.1, nothing), Criterion("large", "", ">", 1.0, nothing)
-MADE = Statement(0, "", (NEAR, LARGE), nothing)
 
 
 @pytest.fixture(scope="module")
@@ -82,30 +61,7 @@ def runs(store):
     return coarse
 
 
-# --- from numbers to verdicts ---------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("near", "large", "verdict", "unmet"),
-    [
-        ({"a": 0.05}, {"a": 1.5}, REPRODUCED, 0),
-        ({"a": 0.15}, {"a": 0.5}, NOT_REPRODUCED, 2),
-        ({"a": 0.05, "b": 0.15}, {"a": 1.5}, DEPENDS, 1),
-        ({"a": np.nan}, {"a": np.nan}, NOT_REPRODUCED, 2),
-    ],
-)
-def test_a_verdict_follows_from_the_criteria(near, large, verdict, unmet):
-    entry = as_entry(MADE, {"near": near, "large": large})
-    assert (entry["verdict"], len(entry["unmet"])) == (verdict, unmet)
-
-
-def test_thresholds_themselves_are_not_met():
-    """Nor is what is no number, on either side."""
-    for criterion in (NEAR, LARGE):
-        assert not criterion.met(criterion.threshold)
-        assert not criterion.met(np.nan)
-    assert NEAR.met(np.nextafter(0.1, 0))
-    assert LARGE.met(np.nextafter(1.0, 2))
+# --- numbers and verdicts ------------------------------------------------------------------------------
 
 
 def test_statements_are_numbered_and_their_criteria_named():
@@ -184,24 +140,19 @@ MUTATIONS = {  # what is wrong, and some of the criteria that must say so
 QUICK = ("direction of rotations", "sign of C_xn")
 
 
-def cases_met(runs, number, name):
+def cases_met(runs, key):
     """Whether a criterion is met, by case."""
-    criterion = next(c for c in STATEMENTS[number].criteria if c.name == name)
-    return {case: criterion.met(value) for case, value in criterion.measure(runs).items()}
+    return {case: CRITERIA[key].met(value) for case, value in CRITERIA[key].measure(runs).items()}
 
 
-@pytest.mark.parametrize(
-    "mutation",
-    [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in MUTATIONS],
-)
+@pytest.mark.parametrize("mutation", quick_and_slow(MUTATIONS, QUICK))
 def test_wrong_signs_and_factors_change_what_is_met(mutation, runs, monkeypatch):
     """A wrong sign or factor is seen; C is read from the store, A of its conditions and tails stays right."""
     change, seen_by = MUTATIONS[mutation]
-    assert seen_by
-    before = {key: cases_met(runs, *key) for key in seen_by}
+    before = {key: cases_met(runs, key) for key in seen_by}
     monkeypatch.setattr(*change)
     mutated = replace(runs, done={})
-    unchanged = {key for key in seen_by if cases_met(mutated, *key) == before[key]}
+    unchanged = {key for key in seen_by if cases_met(mutated, key) == before[key]}
     assert not unchanged
 
 

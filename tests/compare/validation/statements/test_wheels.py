@@ -1,7 +1,6 @@
 """Statements on planar contact, narrow peaks, several patches hold; what is wrong misses their criteria."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,33 +10,11 @@ from compare.validation.statements.page import STATEMENTS
 from femic.contact.pairs import area_grids, planar
 from femic.contact.pairs.areas import Areas, Coupling
 from femic.contact.undeformed import TangentPlane
-from tests.compare.validation.statements.friction_makers import BY_WHEELS
+from tests.compare.validation.statements.mutations import CRITERIA, missed, quick_and_slow, remembering
 
-CRITERIA = {
-    (number, criterion.name): criterion
-    for number in (46, 47, 48)
-    for criterion in STATEMENTS[number].criteria
-}
+OF_WHEELS = [key for key in CRITERIA if key[0] in (46, 47, 48)]
 IN_PLANE, FORCE, DISTANCE = planar.planar, planar.PlanarPatch.normal_force.fget, TangentPlane.distance
 DISTANCES, LEVELS, GRIDS = Areas.distances_at, Areas.levels.func, wheels.Wheel.grids.func
-
-
-def runs():
-    """Runs that remember what statements solve."""
-    memory = {}
-
-    def once(name, compute):
-        if name not in memory:
-            memory[name] = compute()
-        return memory[name]
-
-    return SimpleNamespace(once=once)
-
-
-def missed(keys):
-    """Those of some criteria that are missed in some case."""
-    own = runs()
-    return {key for key in keys if not all(map(CRITERIA[key].met, CRITERIA[key].measure(own).values()))}
 
 
 @pytest.fixture(autouse=True)
@@ -49,20 +26,16 @@ def _fewer(monkeypatch):
     monkeypatch.setattr(wheels, "FINER", {"strips": (1, 2)})
 
 
-def test_all_criteria_are_named():
-    assert set(CRITERIA) == BY_WHEELS
-
-
 @pytest.mark.parametrize("number", [pytest.param(46, marks=pytest.mark.slow), 47, 48])
 def test_statements_hold_and_have_panels(number):
-    assert not missed([key for key in CRITERIA if key[0] == number])
-    assert STATEMENTS[number].panels(runs())
+    assert not missed([key for key in OF_WHEELS if key[0] == number])
+    assert list(STATEMENTS[number].panels(remembering()))
 
 
 @pytest.mark.slow
 def test_the_lateral_force_on_the_flange_is_less_than_that_of_the_other_planar_program():
     """By some percent: docs/theory/contact.md says why."""
-    (share,) = wheels.planar_lateral(runs()).values()
+    (share,) = wheels.planar_lateral(None).values()
     assert -0.05 < share < -0.02
 
 
@@ -121,10 +94,7 @@ MUTATIONS = {  # what is wrong, and the criteria that must miss
 QUICK = ("no refinement", "no coupling", "the wheel moves to the other side")
 
 
-@pytest.mark.parametrize(
-    "mutation",
-    [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in MUTATIONS],
-)
+@pytest.mark.parametrize("mutation", quick_and_slow(MUTATIONS, QUICK))
 def test_what_is_wrong_misses_criteria(mutation, monkeypatch):
     target, name, wrong, seen_by = MUTATIONS[mutation]
     monkeypatch.setattr(target, name, wrong)
