@@ -6,21 +6,20 @@ Where the blank line is missing, the header ends at the first line of numbers al
 """
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from geometries.profiles.profile import Content, Written, kind_by_name, only_numbers, parse_rows, point, row
+from geometries.profiles.profile import Content, kind_by_name, only_numbers, parse_rows, point, row
 from geometries.profiles.text import Source, is_number, number, shortened, split_columns, uncommented
 
 COMMENTS = '!"#%'
 COLUMNS = frozenset("XYACNK")
+USED = ("columndef", "xoffset", "yoffset", "xypoints")  # keys
 OLD_STYLE = re.compile(r"#?\s*MINI(WHEEL|RAIL)?PROF\b", re.IGNORECASE)
 KEY = re.compile(r"[A-Za-z]\w*\s*=", re.ASCII)
 LEAST_POINTS = 4  # of a profile: as many lines of numbers, one behind the other, are no header
-
-Keys = Mapping[str, tuple[int, str]]  # line and text of the value, by key in lower case
 
 
 @dataclass(frozen=True)
@@ -30,10 +29,15 @@ class Header:
     `numbers` are its lines that consist of numbers.
     """
 
-    keys: Keys
+    keys: Mapping[str, tuple[int, str]]  # line and text of the value, by key in lower case
     n_lines: int
     old: bool
     numbers: list[int]
+
+    def value(self, key: str) -> tuple[int, str]:
+        """Line and text of the value of a key, "" where it is missing or empty."""
+        line, text = self.keys.get(key.lower(), (0, ""))
+        return line, uncommented(text, COMMENTS)
 
 
 def is_miniprof(source: Source) -> bool:
@@ -45,26 +49,42 @@ def is_miniprof(source: Source) -> bool:
 def read_miniprof(source: Source) -> Content:
     """Points of a file of MiniProf with its offsets added; the axes are not stated."""
     header = _read_header(source)
-    columns, notes = _columns(source, header)
+    columns, notes = _find_columns(source, header)
     points, lines, remarks = [], [], []
-    for line, text in _rows(source, header):
-        values, remark = _read_row(source, line, text, columns)
-        points.append(values)
+    for line, text in _rows(source, header.n_lines):
+        fields = split_columns(source, line, text)
+        if len(fields) > len(columns) and not is_number(fields[len(columns)]):
+            fields = fields[: len(columns)]
+            remarks.append(line)
+        fields = row(source, line, " ".join(fields), range(len(columns), len(columns) + 1))
+        points.append(point(source, line, fields[columns.index("X")], fields[columns.index("Y")]))
         lines.append(line)
-        remarks += [line] if remark else []
     rows = parse_rows(source, points, lines)
     if header.numbers:
         where = ", ".join(map(str, header.numbers))
         notes.append(f"Numbers in the header were not read as points (lines {where}).")
     if remarks:
         notes.append(f"Text behind the columns was not read (the first in line {remarks[0]}).")
-    notes += _compare_count(source, header, rows.count)
-    shift = [_offset(source, header.keys, key) for key in ("xoffset", "yoffset")]
+    line, announced = header.value("XYPoints")
+    if announced:
+        expected = number(source, line, announced, "XYPoints")
+        behind = (text.strip() for text in source.lines[header.n_lines :])
+        comments = (text[1:] for text in behind if text and text[0] in COMMENTS)
+        hidden = sum(only_numbers(uncommented(text, COMMENTS)) for text in comments)  # rows in comments
+        if rows.count + hidden < expected:
+            raise source.wrong(
+                len(source.lines),
+                f"{rows.count} rows, but XYPoints = {announced} in line {line}: cut off? If not, correct "
+                "XYPoints",
+            )
+        if rows.count != expected:
+            notes.append(f"The header announces {announced} points, the file has {rows.count}.")
+    offsets = [(key, *header.value(key)) for key in ("xoffset", "yoffset")]
+    shift = [number(source, line, text, key) if text else 0.0 for key, line, text in offsets]
     if any(shift):
         notes.append(f"Offsets of the header were added: {shift[0]:g} to y, {shift[1]:g} to z.")
-    return Content(
-        rows.moved(rows.points + np.array(shift)[:, None]), kind_by_name(source), 1.0, notes=tuple(notes)
-    )
+    moved = rows.moved(rows.points + np.array(shift)[:, None])
+    return Content(moved, kind_by_name(source), 1.0, notes=tuple(notes))
 
 
 def _read_header(source: Source) -> Header:
@@ -76,7 +96,13 @@ def _read_header(source: Source) -> Header:
         if not text.strip() or text.lstrip()[0] in COMMENTS or line in numbers:
             continue
         if "=" in text:
-            _add_key(source, keys, line, text)
+            key, _, value = (part.strip() for part in text.partition("="))
+            earlier, first = keys.get(key.lower(), (line, ""))
+            if first and value and value != first and key.lower() in USED:
+                raise source.wrong(
+                    line, f"{key}: also given in line {earlier}, with another value; delete one"
+                )
+            keys[key.lower()] = (line, value or first)
         elif not old and not is_number(text.strip()):
             raise source.wrong(line, f"{shortened(text)}: a line KEY=VALUE is expected in the header")
     if n_lines == len(source.lines):
@@ -108,7 +134,12 @@ def _header_end(source: Source) -> tuple[int, list[int]]:
                 if any(only_numbers(behind) for behind in source.lines[line:]):
                     return line, numbers + run
                 continue
-            _check_blank_line(source, run[0], line)
+            if any(only_numbers(behind) for behind in source.lines[line:]):
+                raise source.wrong(
+                    run[0],
+                    f"numbers before the first blank line, {line}, and behind it: delete the blank line, or "
+                    "make these numbers a comment if they belong to the header",
+                )
             return run[0] - 1, numbers
         if only_numbers(text):
             run.append(line)
@@ -117,93 +148,28 @@ def _header_end(source: Source) -> tuple[int, list[int]]:
     return run[0] - 1 if run else len(source.lines), numbers
 
 
-def _check_blank_line(source: Source, line: int, blank: int) -> None:
-    """Raise WrongInput where points begin before the first blank line and numbers stand behind it."""
-    if any(only_numbers(text) for text in source.lines[blank:]):
-        raise source.wrong(
-            line,
-            f"numbers before the first blank line, {blank}, and behind it: delete the blank line, or make "
-            "these numbers a comment if they belong to the header",
-        )
-
-
-def _add_key(source: Source, keys: dict[str, tuple[int, str]], line: int, text: str) -> None:
-    """Add a key; a second value is an error where the first was not empty."""
-    key, _, value = (part.strip() for part in text.partition("="))
-    earlier, first = keys.get(key.lower(), (line, ""))
-    if first and value and value != first and key.lower() in ("columndef", "xoffset", "yoffset", "xypoints"):
-        raise source.wrong(line, f"{key}: also given in line {earlier}, with another value; delete one")
-    keys[key.lower()] = (line, value or first)
-
-
-def _columns(source: Source, header: Header) -> tuple[list[str], list[str]]:
+def _find_columns(source: Source, header: Header) -> tuple[list[str], list[str]]:
     """Names of the columns, and a note where the header does not give them."""
-    if "columndef" not in header.keys or not header.keys["columndef"][1]:
-        count = _first_count(source, header)
-        note = [] if header.old else ["The header has no ColumnDef: the first columns were taken as X, Y."]
-        return ["X", "Y", *"ACK"[: count - 2]], note
-    line, value = header.keys["columndef"]
-    names = re.split(r"[\s,;]+", value.upper().strip())
-    if not set(names) <= COLUMNS or len(set(names)) < len(names) or not {"X", "Y"} <= set(names):
-        raise source.wrong(
-            line,
-            f"ColumnDef = {shortened(value)}: must name X and Y, and any of A, C, N, K, each once",
-        )
-    return names, []
-
-
-def _first_count(source: Source, header: Header) -> int:
-    """Number of columns of the first row, 2 or 3 (in the old style) or up to 5."""
-    for line, text in _rows(source, header):
+    line, value = header.keys.get("columndef", (0, ""))
+    if value:
+        names = re.split(r"[\s,;]+", value.upper().strip())
+        if not set(names) <= COLUMNS or len(set(names)) < len(names) or not {"X", "Y"} <= set(names):
+            raise source.wrong(
+                line,
+                f"ColumnDef = {shortened(value)}: must name X and Y, and any of A, C, N, K, each once",
+            )
+        return names, []
+    note = [] if header.old else ["The header has no ColumnDef: the first columns were taken as X, Y."]
+    for line, text in _rows(source, header.n_lines):
         count = len(split_columns(source, line, text))
         if not 2 <= count <= (3 if header.old else 5):
             raise source.wrong(line, f"{shortened(text)}: {count} columns; 2 or 3 expected")
-        return count
-    return 2
+        return ["X", "Y", *"ACK"[: count - 2]], note
+    return ["X", "Y"], note
 
 
-def _rows(source: Source, header: Header) -> Iterable[tuple[int, str]]:
+def _rows(source: Source, n_header: int) -> Iterator[tuple[int, str]]:
     """Numbers and texts of the lines behind the header, without comments."""
-    for line, text in enumerate(source.lines[header.n_lines :], header.n_lines + 1):
+    for line, text in enumerate(source.lines[n_header:], n_header + 1):
         if content := uncommented(text, COMMENTS):
             yield line, content
-
-
-def _read_row(source: Source, line: int, text: str, columns: list[str]) -> tuple[Written, bool]:
-    """X and Y of a row, and whether text follows its columns."""
-    fields = split_columns(source, line, text)
-    behind = fields[len(columns) :]
-    if behind and not is_number(behind[0]):
-        fields = fields[: len(columns)]
-    fields = row(source, line, " ".join(fields), range(len(columns), len(columns) + 1))
-    y, z = (fields[columns.index(name)] for name in "XY")
-    return point(source, line, y, z), len(behind) > 0
-
-
-def _offset(source: Source, keys: Keys, key: str) -> float:
-    """Value of an offset [mm], 0 where it is missing or empty."""
-    line, value = keys.get(key, (0, ""))
-    value = uncommented(value, COMMENTS)
-    return number(source, line, value, key) if value else 0.0
-
-
-def _compare_count(source: Source, header: Header, count: int) -> list[str]:
-    """A note where there are more rows than XYPoints; WrongInput for fewer, rows in comments counted."""
-    line, value = header.keys.get("xypoints", (0, ""))
-    value = uncommented(value, COMMENTS)
-    if not value:
-        return []
-    expected = number(source, line, value, "XYPoints")
-    hidden = sum(_is_hidden(text) for text in source.lines[header.n_lines :])
-    if count + hidden < expected:
-        raise source.wrong(
-            len(source.lines),
-            f"{count} rows, but XYPoints = {value} in line {line}: cut off? If not, correct XYPoints",
-        )
-    return [f"The header announces {value} points, the file has {count}."] if count != expected else []
-
-
-def _is_hidden(text: str) -> bool:
-    """Whether a line is a row that was made a comment."""
-    text = text.strip()
-    return text[:1] in COMMENTS and text != "" and only_numbers(uncommented(text[1:], COMMENTS))

@@ -9,15 +9,15 @@ scale * (offset + number). Files are sought beside the list.
 
 import math
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from geometries.errors import WrongInput
 from geometries.profiles.files import read_profile
-from geometries.profiles.profile import Profile, kind_by_name
+from geometries.profiles.profile import Kind, Profile, kind_by_name
 from geometries.profiles.text import (
     Source,
     is_number,
@@ -132,12 +132,14 @@ def read_sections(
     `axes`, `unit` and `surface` are those of `read_profile`, for all files. Raises WrongInput with the path
     and the line of the list, and for a profile that cannot be read with its own, too.
     """
-    listed = _listed(Path(path))
-    kind = kind_by_name(listed.source)
-    profiles = _profiles(listed, lambda path: read_profile(path, kind, axes=axes, unit=unit, surface=surface))
+    listed = _read_list(Path(path))
+    kind, read = kind_by_name(listed.source), dict[str, Profile]()
+    for named in listed.named:
+        if named.file not in read:  # once, if it is named several times
+            read[named.file] = _read_named(listed, named, kind, axes=axes, unit=unit, surface=surface)
     sections = tuple(
-        Section(named.position, profile, place)
-        for named, profile, place in zip(listed.named, profiles, listed.places, strict=True)
+        Section(named.position, read[named.file], place)
+        for named, place in zip(listed.named, listed.places, strict=True)
     )
     return Sections(sections, INTERPOLATIONS[listed.method], listed.kinks, listed.accelerations)
 
@@ -155,22 +157,31 @@ def read_section(
     Between sections there is none: the surface there is a spline along features through all sections, which
     is not evaluated.
     """
-    listed = _listed(Path(path))
-    k = _chosen(listed, choice)
-    alone = replace(listed, named=[listed.named[k]])
+    listed = _read_list(Path(path))
+    k = _find_section(listed, choice)
+    named, name = listed.named[k], listed.source.path
     kind = kind_by_name(listed.source)
-    (profile,) = _profiles(
-        alone, lambda path: read_profile(path, kind, axes=axes, unit=unit, surface=surface)
-    )
-    position = alone.named[0].position
-    note = f"Section {k + 1} of {len(listed.named)} of {listed.source.path.name}, at {position:g}."
-    return replace(profile, name=f"{listed.source.path.stem}-{k + 1}", notes=(note, *profile.notes))
+    profile = _read_named(listed, named, kind, axes=axes, unit=unit, surface=surface)
+    note = f"Section {k + 1} of {len(listed.named)} of {name.name}, at {named.position:g}."
+    return replace(profile, name=f"{name.stem}-{k + 1}", notes=(note, *profile.notes))
 
 
-def _chosen(listed: _Listed, choice: SectionChoice) -> int:
+def _read_named(listed: _Listed, named: _Named, kind: Kind | None, **options: Any) -> Profile:
+    """Profile of a section; raises WrongInput that names the line of the list, too."""
+    path = listed.source.path.parent / named.file.replace("\\", "/")
+    try:
+        return read_profile(path, kind, **options)
+    except WrongInput as error:
+        raise listed.source.wrong(named.line, str(error)) from None
+
+
+def _find_section(listed: _Listed, choice: SectionChoice) -> int:
     """Index of a section. Raises WrongInput, with the sections of the list, where there is none."""
     named, source = listed.named, listed.source
-    there_are = f"; {source.path.name} has {_described(named)}"
+    parts = [f"{k}: at {each.position:g}, {each.file}" for k, each in enumerate(named, 1)]
+    if len(parts) > DESCRIBED:
+        parts = [*parts[: DESCRIBED - 1], "...", parts[-1]]
+    there_are = f"; {source.path.name} has {'; '.join(parts)}"
     if (choice.number is None) == (choice.position is None):
         both = "give one of both" if choice.number is not None else "give section or section_at"
         raise source.refused(f"section: a number, or section_at: a position: {both}{there_are}")
@@ -191,89 +202,46 @@ def _chosen(listed: _Listed, choice: SectionChoice) -> int:
     raise source.refused(f"section_at = {position:g}: {where}: give the position of a section{there_are}")
 
 
-def _described(named: list[_Named]) -> str:
-    """Numbers, positions and files of sections."""
-    parts = [f"{k}: at {each.position:g}, {each.file}" for k, each in enumerate(named, 1)]
-    return "; ".join(parts if len(parts) <= DESCRIBED else [*parts[: DESCRIBED - 1], "...", parts[-1]])
-
-
-def _listed(path: Path) -> _Listed:
+def _read_list(path: Path) -> _Listed:
     """What a list says. Raises WrongInput."""
     source = read_source(path)
     if source.path.suffix.lower() not in LISTS:
         raise source.refused("a list of sections must end in .slcs (rail) or .slcw (wheel)")
     content = ((k, text) for k, line in enumerate(source.lines, 1) if (text := uncommented(line, COMMENTS)))
     lines = _Lines(source, content)
-    placing_line, placing = lines.numbers("offset and scale", 2)
-    if not placing[1] > 0:
-        raise source.wrong(placing_line, f"scale = {placing[1]:g}: must be positive")
+    line, (offset, scale) = lines.numbers("offset and scale", 2)
+    if not scale > 0:
+        raise source.wrong(line, f"scale = {scale:g}: must be positive")
     (count,) = lines.counts("number of sections", 1, (1, MAX_SECTIONS))
-    features, kinks, accelerations = lines.counts("numbers of features, kinks, accelerations", 3, (0, 999))
+    features, *jumping = lines.counts("numbers of features, kinks, accelerations", 3, (0, 999))
     (method,) = lines.counts("interpolation", 1, (1, 2))
-    named = [_named(lines, placing) for _ in range(count)]
-    _check_growing(source, named)
-    kinked, accelerated = (
-        _places(lines, what, n, features) for what, n in (("kinks", kinks), ("accelerations", accelerations))
-    )
-    places = [_features(lines, placing, features, section.position) for section in named]
-    _check_end(lines)
-    return _Listed(source, named, method, kinked, accelerated, places)
-
-
-def _named(lines: _Lines, placing: list[float]) -> _Named:
-    """The next section."""
-    line, text = lines.following("section")
-    match = SECTION.match(text)
-    if match is None:
-        raise lines.source.wrong(line, f"{shortened(text)}: position and 'file' of a section are expected")
-    position = number(lines.source, line, match[1], "position")
-    return _Named(line, placing[1] * (placing[0] + position), match[2] or match[3])
-
-
-def _check_growing(source: Source, named: list[_Named]) -> None:
-    """Raise WrongInput where positions do not grow."""
+    named = []
+    for _ in range(count):
+        line, text = lines.following("section")
+        match = SECTION.match(text)
+        if match is None:
+            raise source.wrong(line, f"{shortened(text)}: position and 'file' of a section are expected")
+        position = scale * (offset + number(source, line, match[1], "position"))
+        named.append(_Named(line, position, match[2] or match[3]))
     for before, after in pairwise(named):
         if not after.position > before.position:
             raise source.wrong(
                 after.line, f"position {after.position:g} after {before.position:g}: positions must grow"
             )
-
-
-def _places(lines: _Lines, what: str, count: int, features: int) -> tuple[int, ...]:
-    """Numbers of the features with kinks or accelerations; only inner features can have them."""
-    if features < 2 or count == 0:
-        return ()
-    return tuple(lines.counts(what, count, (1, max(features - 2, 1))))
-
-
-def _features(lines: _Lines, placing: list[float], count: int, position: float) -> tuple[float | None, ...]:
-    """Where the features of a section lie, from its line in the table."""
-    if count < 2:
-        return ()
-    line, values = lines.numbers("position and features", count + 1)
-    if not math.isclose(placing[1] * (placing[0] + values[0]), position, rel_tol=1e-9, abs_tol=1e-3):
-        raise lines.source.wrong(
-            line, f"position {values[0]:g}: differs from that of the section, {position:g}"
-        )
-    return tuple(None if value == -1 else value for value in values[1:])
-
-
-def _check_end(lines: _Lines) -> None:
-    """Raise WrongInput for lines behind the last one expected."""
-    for line, text in lines.lines:
-        raise lines.source.wrong(
-            line, f"{shortened(text)}: not expected; correct the numbers at the beginning"
-        )
-
-
-def _profiles(listed: _Listed, reader: Callable[[Path], Profile]) -> list[Profile]:
-    """Profiles of the sections; a file that is named several times is read once."""
-    read: dict[str, Profile] = {}
-    for section in listed.named:
-        if section.file not in read:
-            path = listed.source.path.parent / section.file.replace("\\", "/")
-            try:
-                read[section.file] = reader(path)
-            except WrongInput as error:
-                raise listed.source.wrong(section.line, str(error)) from None
-    return [read[section.file] for section in listed.named]
+    kinks, accelerations = (  # at inner features only
+        tuple(lines.counts(what, n, (1, max(features - 2, 1)))) if n and features >= 2 else ()
+        for what, n in zip(("kinks", "accelerations"), jumping, strict=True)
+    )
+    places: list[tuple[float | None, ...]] = []
+    for section in named:
+        values: list[float] = []
+        if features >= 2:
+            line, (place, *values) = lines.numbers("position and features", features + 1)
+            if not math.isclose(scale * (offset + place), section.position, rel_tol=1e-9, abs_tol=1e-3):
+                raise source.wrong(
+                    line, f"position {place:g}: differs from that of the section, {section.position:g}"
+                )
+        places.append(tuple(None if value == -1 else value for value in values))
+    for line, text in content:
+        raise source.wrong(line, f"{shortened(text)}: not expected; correct the numbers at the beginning")
+    return _Listed(source, named, method, kinks, accelerations, places)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometries.profiles.profile import UNITS, Content, Kind, Profile, kind_by_name, parse_rows, point, row
+from geometries.profiles.profile import UNITS, Content, Profile, kind_by_name, parse_rows, point, row
 from geometries.profiles.text import Rows, Source, as_float, drop_near, drop_zigzags, number, shortened
 
 MARKS = ("header.begin", "header.end", "spline.begin", "spline.end", "point.begin", "point.end")
@@ -54,12 +54,30 @@ def is_spline_block(source: Source) -> bool:
 def read_spline_block(source: Source) -> Content:
     """Points of a spline block, processed as its keys say, in the unit of the file."""
     block = _parse(source)
-    values = _values(source, block.keys)
-    kind, notes = _kind(source, block)
-    notes += _remarks(block, values)
-    kind = kind or kind_by_name(source)
+    values = _read_values(source, block.keys)
+    kind, named, notes = kind_by_name(source), kind_by_name(source), list[str]()
+    if "type" in block.header:
+        line, text = block.header["type"]
+        value = number(source, line, text, "type")
+        if value not in (0, 1):
+            raise source.wrong(line, f"type = {text}: must be 0 (rail) or 1 (wheel)")
+        kind = "wheel" if value else "rail"
+        if named not in (None, kind):
+            notes.append(f"The header says {kind}, the name of the file {named}: it was read as a {kind}.")
+    if "comment" in block.keys:
+        notes.append(f"The file says: {block.keys['comment'][1].strip(chr(39))}.")
+    unknown = sorted(set(block.keys) - set(NUMBERS) - set(SWITCHES) - set(WITHOUT_EFFECT))
+    if unknown:
+        notes.append(f"Keys that are not known, without effect: {', '.join(unknown)[:200]}.")
+    if smooth := values["approx.smooth"]:
+        notes.append(f"approx.smooth = {smooth:g} has no effect: the points are as measured.")
+    if block.weighted:
+        notes.append("The weights of the points have no effect.")
     rows, done = _process(source, block.rows, values)
-    notes += done + _order_note(rows, kind)
+    notes += done
+    if kind and bool(rows.points[0, -1] > rows.points[0, 0]) != (kind == "rail"):
+        usual = "growing" if kind == "rail" else "falling"
+        notes.append(f"The points go the other way than in most files of {kind}s, which have {usual} y.")
     unit = UNITS["m"] / values["units.len.f"]
     return Content(rows, kind, unit, "units.len.f" in block.keys, "field", "down", tuple(notes))
 
@@ -78,14 +96,35 @@ def _parse(source: Source) -> Block:
         if not content:
             continue
         if content.lower() in MARKS:
-            _mark(source, line, content.lower(), open_marks, closed)
+            part, _, action = content.lower().partition(".")
+            around = ["spline"] if part == "point" else []
+            if action == "begin" and open_marks == around and part not in closed:
+                open_marks.append(part)
+            elif action == "end" and open_marks == [*around, part]:
+                open_marks.pop()
+                closed.add(part)
+            else:
+                raise source.wrong(
+                    line,
+                    f"{content.lower()}: not expected here; the file must have header, spline, and in it "
+                    "points, each once",
+                )
         elif open_marks[-1:] == ["point"]:
             y, z, *weight = row(source, line, content, range(2, 4))
             points.append(point(source, line, y, z))
             lines.append(line)
             weighted |= any(as_float(value) != 1 for value in weight)
         elif open_marks:
-            _add_key(source, line, content, parts[open_marks[-1]])
+            match, keys = KEY.fullmatch(content), parts[open_marks[-1]]
+            if match is None:
+                raise source.wrong(line, f"{shortened(content)}: a line KEY = VALUE is expected")
+            key = match[1].lower()
+            if key in keys and keys[key][1] != match[2]:
+                raise source.wrong(
+                    line,
+                    f"{key}: also given in line {keys[key][0]}, with another value; delete one of the two",
+                )
+            keys[key] = (line, match[2])
         else:
             raise source.wrong(line, f"{shortened(content)}: header.begin or spline.begin is expected here")
     if "spline" not in closed:
@@ -94,34 +133,6 @@ def _parse(source: Source) -> Block:
     if "point" not in closed:
         raise source.wrong(len(source.lines), "point.begin is missing: the file has no points")
     return Block(parts["header"], parts["spline"], parse_rows(source, points, lines), weighted)
-
-
-def _mark(source: Source, line: int, mark: str, open_marks: list[str], closed: set[str]) -> None:
-    """Open or close a part of the file, each once, points within the spline block."""
-    part, _, action = mark.partition(".")
-    around = ["spline"] if part == "point" else []
-    if action == "begin" and open_marks == around and part not in closed:
-        open_marks.append(part)
-    elif action == "end" and open_marks == [*around, part]:
-        open_marks.pop()
-        closed.add(part)
-    else:
-        raise source.wrong(
-            line, f"{mark}: not expected here; the file must have header, spline, and in it points, each once"
-        )
-
-
-def _add_key(source: Source, line: int, content: str, keys: dict[str, tuple[int, str]]) -> None:
-    """Add a line `key = value`."""
-    match = KEY.fullmatch(content)
-    if match is None:
-        raise source.wrong(line, f"{shortened(content)}: a line KEY = VALUE is expected")
-    key = match[1].lower()
-    if key in keys and keys[key][1] != match[2]:
-        raise source.wrong(
-            line, f"{key}: also given in line {keys[key][0]}, with another value; delete one of the two"
-        )
-    keys[key] = (line, match[2])
 
 
 def _uncommented(line: str) -> str:
@@ -137,7 +148,7 @@ def _uncommented(line: str) -> str:
 # --- the keys ---
 
 
-def _values(source: Source, keys: Mapping[str, tuple[int, str]]) -> dict[str, float]:
+def _read_values(source: Source, keys: Mapping[str, tuple[int, str]]) -> dict[str, float]:
     """Values of all keys that have an effect; switches are 0 or 1, factors positive."""
     values = {
         name: number(source, keys[name][0], keys[name][1], name) if name in keys else default
@@ -157,39 +168,6 @@ def _values(source: Source, keys: Mapping[str, tuple[int, str]]) -> dict[str, fl
     return values
 
 
-def _kind(source: Source, block: Block) -> tuple[Kind | None, list[str]]:
-    """Kind by `type` of the header, None without; a note where the file's ending says otherwise."""
-    if "type" not in block.header:
-        return None, []
-    line, text = block.header["type"]
-    value = number(source, line, text, "type")
-    if value not in (0, 1):
-        raise source.wrong(line, f"type = {text}: must be 0 (rail) or 1 (wheel)")
-    kind: Kind = "wheel" if value else "rail"
-    named = kind_by_name(source)
-    contrary = named is not None and named != kind
-    return kind, [
-        f"The header says {kind}, the name of the file {named}: it was read as a {kind}."
-    ] * contrary
-
-
-def _remarks(block: Block, values: Mapping[str, float]) -> list[str]:
-    """Notes on what the file has and what has no effect here."""
-    notes = []
-    if "comment" in block.keys:
-        notes.append(f"The file says: {block.keys['comment'][1].strip(chr(39))}.")
-    unknown = sorted(set(block.keys) - set(NUMBERS) - set(SWITCHES) - set(WITHOUT_EFFECT))
-    if unknown:
-        notes.append(f"Keys that are not known, without effect: {', '.join(unknown)[:200]}.")
-    if values["approx.smooth"]:
-        notes.append(
-            f"approx.smooth = {values['approx.smooth']:g} has no effect: the points are as measured."
-        )
-    if block.weighted:
-        notes.append("The weights of the points have no effect.")
-    return notes
-
-
 # --- what is done with the points ---
 
 
@@ -201,37 +179,14 @@ def _process(source: Source, rows: Rows, values: Mapping[str, float]) -> tuple[R
     rows, notes = drop_near(rows, values["point.dist.min"])
     rows, dropped = drop_zigzags(rows)
     notes += dropped
-    rows, moved = _placed(rows, values)
-    rows, bounded = _bounded(source, rows, values)
-    signs = [1 - 2 * values["mirror.y"], 1 - 2 * values["mirror.z"]]
-    rows = rows.moved(rows.points * np.array(signs)[:, None])
-    notes += moved + bounded
-    notes += [
-        f"{axis} was mirrored (mirror.{axis})." for axis, sign in zip("yz", signs, strict=True) if sign < 0
-    ]
-    if values["inversion"]:
-        rows = rows.only(slice(None, None, -1))
-        notes.append("The order was reversed (inversion).")
-    return rows, notes
-
-
-def _placed(rows: Rows, values: Mapping[str, float]) -> tuple[Rows, list[str]]:
-    """Points shifted, then rotated about the origin from y to z."""
     shift, angle = (values["shift.y"], values["shift.z"]), values["rotate"] / values["units.ang.f"]
-    notes = []
     if any(shift):
         rows = rows.moved(rows.points + np.array(shift)[:, None])
         notes.append(f"Shifted by {shift[0]:g} in y and {shift[1]:g} in z (units of the file).")
-    if angle:
+    if angle:  # about the origin
         turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
         rows = rows.turned(turn)
         notes.append(f"Rotated by {np.degrees(angle):g} degrees from y to z.")
-    return rows, notes
-
-
-def _bounded(source: Source, rows: Rows, values: Mapping[str, float]) -> tuple[Rows, list[str]]:
-    """Points outside of the bounds in y deleted, z clipped; only where the minimum is below the maximum."""
-    notes = []
     low, high = values["bound.y.min"], values["bound.y.max"]
     if low < high:
         inside = (rows.points[0] >= low) & (rows.points[0] <= high)
@@ -242,20 +197,17 @@ def _bounded(source: Source, rows: Rows, values: Mapping[str, float]) -> tuple[R
     low, high = values["bound.z.min"], values["bound.z.max"]
     if low < high:
         z = np.clip(rows.points[1], low, high)
-        notes.append(
-            f"{np.sum(z != rows.points[1])} points were clipped to z = {low:g} ... {high:g} (bound.z)."
-        )
+        clipped = np.sum(z != rows.points[1])
+        notes.append(f"{clipped} points were clipped to z = {low:g} ... {high:g} (bound.z).")
         rows = rows.moved(np.stack([rows.points[0], z]))
+    for axis, direction in (("y", [-1.0, 1.0]), ("z", [1.0, -1.0])):
+        if values[f"mirror.{axis}"]:
+            rows = rows.moved(rows.points * np.array(direction)[:, None])
+            notes.append(f"{axis} was mirrored (mirror.{axis}).")
+    if values["inversion"]:
+        rows = rows.only(slice(None, None, -1))
+        notes.append("The order was reversed (inversion).")
     return rows, notes
-
-
-def _order_note(rows: Rows, kind: Kind | None) -> list[str]:
-    """A note where the points do not go as the format has it."""
-    grows = bool(rows.points[0, -1] > rows.points[0, 0])
-    if kind is None or grows == (kind == "rail"):
-        return []
-    usual = "growing" if kind == "rail" else "falling"
-    return [f"The points go the other way than in most files of {kind}s, which have {usual} y."]
 
 
 # --- writing ---
@@ -263,21 +215,24 @@ def _order_note(rows: Rows, kind: Kind | None) -> list[str]:
 
 def block_text(profile: Profile) -> str:
     """Text of a spline block: in mm, y to the field side, z down, rails by growing y, wheels by falling y."""
+
+    def one_line(text: str) -> str:
+        printable = "".join(sign if sign.isprintable() else " " for sign in text)
+        return printable.replace("'", "’")
+
     y, z = profile.points if profile.kind == "rail" else profile.points[:, ::-1]
-    comments = [
-        f"! {_one_line(note)}" for note in (f"{profile.name}: y to the field side, z down", *profile.notes)
-    ]
+    comments = (f"{profile.name}: y to the field side, z down", *profile.notes)
     rows = [f"    {a!r} {b!r}" for a, b in zip(y.tolist(), (0.0 - z).tolist(), strict=True)]
     return "\n".join(
         [
-            *comments,
+            *(f"! {one_line(comment)}" for comment in comments),
             "header.begin",
             "  version = 1",
             f"  type = {int(profile.kind == 'wheel')}",
             "header.end",
             "spline.begin",
             "  approx.smooth = 0",
-            f"  comment = '{_one_line(profile.name)}'",
+            f"  comment = '{one_line(profile.name)}'",
             "  units.len.f = 1000",
             "  units.ang.f = 1",
             "  point.begin",
@@ -287,8 +242,3 @@ def block_text(profile: Profile) -> str:
             "",
         ]
     )
-
-
-def _one_line(text: str) -> str:
-    """Text without quotes and without what is no printable sign."""
-    return "".join(sign if sign.isprintable() else " " for sign in text).replace("'", "’")
