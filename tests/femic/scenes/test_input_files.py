@@ -10,6 +10,7 @@ import tomlkit
 from compare.campaigns.keys import CampaignFile
 from compare.campaigns.load import load_campaign
 from femic.cli.main import exit_code
+from femic.scenes import receipts
 from femic.scenes.bodies import CONTOURS, OutlineTable, PlaneTable
 from femic.scenes.contact import ContactTable
 from femic.scenes.file import SceneFile
@@ -113,6 +114,16 @@ def test_a_scene_is_found_and_its_text_can_be_run_from_another_folder(folder, tm
 def test_the_listing_of_a_scene_can_be_run_from_another_folder(folder, tmp_path, monkeypatch):
     text = listing(str(folder / "mine.toml"))
     assert_same(from_elsewhere(text, tmp_path, monkeypatch), load_scene(str(folder / "mine.toml")))
+
+
+@pytest.mark.parametrize("name", ["rail.txt", "wheel.txt"])  # ICs do not depend on gaps
+def test_results_are_out_of_date_where_the_file_of_a_contour_has_changed(folder, name):
+    before = receipts.key_of(load_scene(folder / "mine.toml"))
+    assert receipts.key_of(load_scene(folder / "mine.toml")) == before
+    points = np.loadtxt(folder / name)
+    points[:, 1] *= 1.001
+    np.savetxt(folder / name, points)
+    assert receipts.key_of(load_scene(folder / "mine.toml")) != before
 
 
 def test_files_of_changes_and_of_tables_are_relative_to_the_working_directory(folder, monkeypatch):
