@@ -26,7 +26,6 @@ import numpy as np
 from femic.contact.friction.law import (
     LOOSEST,
     Law,
-    StripInverse,
     Strips,
     correction,
     inverse_of_amplitudes,
@@ -236,7 +235,7 @@ class _Newton:
     def step(self, state: _State, tolerance: float, loosest: float = LOOSEST) -> tuple[Array, Array]:
         """Return the solution of the linear equations."""
         problem, law, m = self.problem, state.law, len(state.q)
-        strip_inverse, none = StripInverse(problem.strips, law, problem.edge), np.zeros_like(law.q)
+        strip_inverse, none = problem.strips.inverse(law, problem.edge), np.zeros_like(law.q)
         modes = problem.free.modes
         columns = np.reshape(  # tractions that undo the residuals of unit amplitudes
             [strip_inverse(law.derivative(none, mode)) for mode in modes], (len(modes), m, 2)
