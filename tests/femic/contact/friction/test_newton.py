@@ -1,5 +1,8 @@
 """How the Newton methods go: their equations against loops and differences, their starts and ends."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -229,3 +232,140 @@ def test_steps_stagnate_when_none_of_the_last_falls_below_one_before(steps):
     assert not stagnated([5.0, 3.0, 5.0, *idle], steps)
     assert not stagnated([1.0, *idle[1:], 0.9], steps)
     assert not stagnated([1.0 / n for n in range(1, 60)], steps)
+
+
+# ---- edges of stick, accuracy and length of steps, starts and ends
+
+
+def no_tractions(newton):
+    return np.zeros((len(newton.g), 2)), np.zeros(len(newton.problem.free.targets))
+
+
+def test_an_element_without_traction_and_slip_sticks():
+    newton = coulomb._Newton(springs(rigid=np.zeros((*SHAPE, 2))), 1.0)
+    state = newton.state(*no_tractions(newton))
+    assert np.all(state.law.stick)
+    np.testing.assert_array_equal(state.law.direction, 0.0)
+    assert np.all(np.isfinite(state.law.share))
+
+
+def test_an_element_at_its_bound_without_slip_sticks():
+    newton = coulomb._Newton(springs(np.ones(SHAPE), np.zeros((*SHAPE, 2))), 1.0)
+    q = np.tile([1.0, 0.0], (12, 1))
+    assert np.all(newton.state(q, np.zeros(0), np.zeros((*SHAPE, 2))).law.stick)
+
+
+def test_trial_slip_is_scaled_by_the_mean_compliance_of_the_element_in_the_middle(monkeypatch):
+    compliance, scales = np.full((9, 8, 2), 1e3), []
+    compliance[4, 4] = 2.0, 3.0
+    problem = replace(springs(np.ones((9, 8)), np.ones((9, 8, 2))), compliance=lambda p: compliance * p)
+    monkeypatch.setattr(coulomb._Newton, "starts", lambda newton, *_: scales.append(newton.scale) or ())
+    with pytest.raises(IndexError):  # no start, no residual
+        coulomb.tractions(problem)
+    np.testing.assert_allclose(scales, np.array(coulomb.SCALES) / 2.5)
+
+
+def with_values(of, **values):
+    """The same, with values of cached properties."""
+    of = replace(of)
+    vars(of).update(values)
+    return of
+
+
+@pytest.mark.parametrize(
+    ("largest", "tolerance", "expected"),
+    [
+        (3.0, 1e-6, 0.1),  # far from the solution one digit is enough
+        (0.1, 1e-6, 0.1),
+        (1e-3, 1e-9, 1e-3),  # near to it Newton's method doubles the digits
+        (1e-3, 1e-5, 1e-3),
+        (1e-4, 1e-5, 1e-2),  # but not beyond a tenth of the tolerance
+        (1e-4, 1e-4, 0.1),
+        (1e-4, 1e-2, 0.1),
+    ],
+)
+def test_linear_equations_are_solved_as_exactly_as_the_next_residual_needs(
+    largest, tolerance, expected, monkeypatch
+):
+    newton, state = random_numbers()
+    residual = np.full(len(state.residual), 1e-9)
+    residual[3] = -largest * np.max(newton.g)
+    state, asked = with_values(state, residual=residual), []
+    monkeypatch.setattr(coulomb, "correction", lambda right, *given: asked.append(given[-1]) or right)
+    newton.step(state, tolerance)
+    newton.step(state, tolerance, 1e-7)
+    assert asked == pytest.approx([expected, 1e-7])
+
+
+def tried_shares(defect_of_share):
+    """The shares of a step that are tried, whose defects are these shares of the one before it."""
+    newton, state = random_numbers()
+    shares, before = [], 7.0
+
+    class Newton(coulomb._Newton):
+        def step(self, *_):
+            return np.ones_like(state.q), np.full_like(state.c, 2.0)
+
+        def state(self, q, c, linear):
+            shares.append(float(q[0, 0] - state.q[0, 0]))
+            assert len(shares) < 9
+            return SimpleNamespace(q=q, c=c, linear=linear, defect=before * defect_of_share(shares[-1]))
+
+    begin = with_values(replace(state, linear=newton.slip(state.q, state.c)), defect=before)
+    end = Newton(newton.problem, newton.scale).next(begin, TIGHT)
+    np.testing.assert_allclose(end.linear, newton.slip(end.q, end.c), atol=1e-12)
+    np.testing.assert_allclose(end.c - state.c, 2.0 * shares[-1])
+    return shares
+
+
+def test_steps_are_halved_until_the_defect_falls_by_a_share_of_the_step():
+    part = coulomb.DECREASE
+    assert 0 < part < 1
+    assert tried_shares(lambda share: 1 - share) == pytest.approx([1.0])
+    assert tried_shares(lambda share: 1 - part * share) == pytest.approx([1.0])
+    assert tried_shares(lambda share: 1.05 if share > 0.9 else 1 - share) == pytest.approx([1.0, 0.5])
+    slow = tried_shares(lambda share: 0.999 if share > 0.2 else 1 - 1.1 * part * share)
+    assert slow == pytest.approx([1.0, 0.5, 0.25, 0.125])
+
+
+def test_a_least_step_is_taken_where_the_defect_does_not_fall():
+    *_, before, least = tried_shares(lambda _: 2.0)
+    assert least <= coulomb.LEAST_STEP < before
+    assert least == pytest.approx(before / 2)
+
+
+@pytest.mark.parametrize(
+    ("largest", "stick", "is_a_start"),
+    [(5.0, 0, False), (0.3, 0, False), (0.1, 0, True), (0.05, 0, True), (5.0, 1, True), (5.0, 12, True)],
+)
+def test_a_guess_by_which_all_slips_is_a_start_where_it_nearly_solves_the_problem(largest, stick, is_a_start):
+    newton = coulomb._Newton(springs(np.ones(SHAPE), free=FreeAmplitudes(WAYS, WAYS, TARGETS)), 1.7)
+    state = newton.state(*no_tractions(newton))
+    residual = np.zeros_like(state.residual)
+    residual[1] = largest
+    law = with_values(state.law, stick=np.arange(len(state.q)) < stick)
+    given = with_values(replace(state, law=law), residual=residual)
+    states = [one is given for one in newton.starts(given, TIGHT)]
+    assert states == ([True] if is_a_start else []) + [False]
+
+
+def test_without_free_amplitudes_the_guess_is_the_only_start():
+    newton = coulomb._Newton(springs(), 1.7)
+    given = newton.state(*no_tractions(newton))
+    assert list(newton.starts(given, TIGHT)) == [given]
+
+
+class Wandering(coulomb._Newton):
+    """Steps after each of which the residual is 1 % larger."""
+
+    def next(self, state, _):
+        return with_values(state, residual=1.01 * state.residual)
+
+
+def test_idle_steps_end():
+    newton = Wandering(springs(), 1.0)
+    residuals = [1e-5] * 30  # of an earlier start
+    state = newton.state(*no_tractions(newton))
+    assert newton.solution(state, TIGHT, residuals) is None
+    assert len(residuals) == 30 + 1 + coulomb.MOST_IDLE_STEPS
+    assert residuals[30] == state.largest
