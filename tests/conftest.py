@@ -48,7 +48,7 @@ DEAR = (
     "tests/femic/shifts/test_rolling_wheelset.py",
     "tests/femic/reference/harmonic/test_outlines.py",
     "tests/compare/validation/statements/test_friction_details.py",
-    "tests/femic/contact/pairs/test_solved_transient.py",
+    "tests/femic/contact/motions/test_transient.py",
     "tests/femic/reference/matrix/test_components.py",
     "tests/femic/reference/test_discount_rules.py",
     "tests/compare/friction/test_transient.py",

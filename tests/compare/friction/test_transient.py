@@ -43,7 +43,7 @@ def test_arrays_have_estimates_at_all_distances_and_maps_at_the_last(dataset):
     assert dataset.slip.attrs["units"] == "1"
 
 
-@pytest.mark.slow  # tests/femic/contact/test_transient.py has this on grids of its own
+@pytest.mark.slow  # tests/femic/contact/test_rolling.py has this on grids of its own
 def test_transient_rolling_ends_at_steady_rolling_with_the_same_creepage(dataset):
     keys = {"motion": "rolling", "longitudinal": [-5e-3, 1e-3, 5e-3]}
     of = {"loads": KEYS["loads"], "friction": [0.5]}

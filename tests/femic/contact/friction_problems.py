@@ -18,16 +18,11 @@ from femic.contact.undeformed import Undeformed
 from geometries.contours import arc, plane
 from geometries.patches import Grid, N, S, X
 from geometries.surfaces import LOWER, UPPER, Surface
-from tests.femic.contact.problems import BRASS, STEEL, x_of
+from tests.femic.contact.problems import BRASS, STEEL, level, x_of
 
 STEELS, MIXED = (STEEL, STEEL), (BRASS, STEEL)
 POINT = PointContact(1 / 60, 1 / 25, combined_modulus(*STEELS)).at_load(4000.0)
 WHEEL = 500.0  # mm, rolling radius of the groove
-
-
-def level(materials):
-    """Half-spaces."""
-    return Pair(Solid(materials[0], Surface(UPPER, plane())), Solid(materials[1], Surface(LOWER, plane())))
 
 
 def paraboloids(n_x=20, n_s=18, *, friction=0.3, materials=STEELS, room=(1.7, 1.8), offset=(0.0, 0.0)):
@@ -95,15 +90,21 @@ def at_centres(ahead, behind):
     return ahead + weight[..., None] / 2 * (behind - ahead)
 
 
-def law_errors(contact, rigid, *, order=None, dx=1.0, before=0.0):
+def law_errors(contact, rigid, **motion):
+    """Largest errors of Coulomb's law in a contact: `coulomb_errors` with its bounds."""
+    problem = contact.problem
+    bound = problem.coefficients * contact.p[..., N]
+    return coulomb_errors(problem.operator, contact.p, bound, contact.stick, rigid, **motion)
+
+
+def coulomb_errors(operator, p, bound, stick, rigid, *, order=None, dx=1.0, before=0.0):
     """Largest errors of Coulomb's law on elements as shares of the largest bound, by loops over elements.
 
     `order` is that of steady rolling; None: a shift. Slip is recomputed from the operator, in units of
     tractions. Returned are: tractions beyond bounds, slip where elements stick, tractions that are not
     opposite to slip where they do not; elements of leading edges only count in the first.
     """
-    problem = contact.problem
-    u, bound = problem.operator(contact.p), problem.coefficients * contact.p[..., N]
+    u = operator(p)
     edge = LeadingEdge.find(bound, DEPTH if order == 2 else 0)
     if order is None:
         sides = (rigid + u[..., :2] - before,) * 2
@@ -117,18 +118,18 @@ def law_errors(contact, rigid, *, order=None, dx=1.0, before=0.0):
     unit = np.zeros_like(u)
     middle = tuple(n // 2 for n in bound.shape)
     unit[(*middle, X)] = 1.0
-    own *= problem.operator(unit)[(*middle, X)]
+    own *= operator(unit)[(*middle, X)]
     beyond, sticks, slips = [0.0], [0.0], [0.0]
     for at in zip(*np.nonzero(bound), strict=True):
-        p, g = contact.p[at][:2], bound[at]
-        beyond.append(float(np.linalg.norm(p)) - g)
+        q, g = p[at][:2], bound[at]
+        beyond.append(float(np.linalg.norm(q)) - g)
         if not edge.free[at]:
             continue
-        if contact.stick[at]:
+        if stick[at]:
             sticks.append(float(np.linalg.norm(sides[0][at])) / own)
-        else:  # p is nearest to p - slip of what bounds allow
-            moved = p - sides[1][at] / own
-            slips.append(float(np.linalg.norm(p - g * moved / np.linalg.norm(moved))))
+        else:  # tractions are nearest to tractions - slip of what bounds allow
+            moved = q - sides[1][at] / own
+            slips.append(float(np.linalg.norm(q - g * moved / np.linalg.norm(moved))))
     return np.array([max(beyond), max(sticks), max(slips)]) / np.max(bound, initial=1e-300)
 
 

@@ -1,6 +1,6 @@
 """Contacts to solve in tests: quadratic gaps on half-spaces, and a groove of revolution on a rail's arc."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,14 +21,24 @@ ELLIPSE = PointContact(1 / 30, 1 / 8, MODULUS).at_load(2000.0)
 ROOM = (1.9, 2.1)  # sides of a grid over the axes of the ellipse
 
 
-def half_spaces(grid, upper=BRASS, lower=STEEL):
+def level(materials=(BRASS, STEEL)):
+    """Half-spaces of the upper and the lower material."""
+    return Pair(Solid(materials[0], Surface(UPPER, plane())), Solid(materials[1], Surface(LOWER, plane())))
+
+
+def half_spaces(grid, *materials):
     """nn of A."""
-    bodies = Pair(Solid(upper, Surface(UPPER, plane())), Solid(lower, Surface(LOWER, plane())))
-    return half_space_operator(bodies, grid, (N,))
+    return half_space_operator(level(materials or (BRASS, STEEL)), grid, (N,))
 
 
 def x_of(grid):
     return grid.dx * (np.arange(grid.n_x) - (grid.n_x - 1) / 2)
+
+
+def on_half_spaces(grid, distance, *materials):
+    """The problem of half-spaces with any distance."""
+    operator = half_spaces(grid, *materials)
+    return NormalProblem(grid, operator, operator, distance, np.ones(grid.n_s))
 
 
 def hertzian(hertz, n_x, n_s, *, room=ROOM, offset=(0.0, 0.0)):
@@ -36,8 +46,7 @@ def hertzian(hertz, n_x, n_s, *, room=ROOM, offset=(0.0, 0.0)):
     grid = Grid(n_x, n_s, room[0] * 2 * hertz.a / n_x, room[1] * 2 * hertz.b / n_s)
     x, s = x_of(grid)[:, None] - offset[0] * grid.dx, grid.strips - offset[1] * grid.ds
     h = (hertz.surfaces.curvature_x * x**2 + hertz.surfaces.curvature_s * s**2) / 2
-    operator = half_spaces(grid)
-    return NormalProblem(grid, operator, operator, h, np.ones(n_s))
+    return on_half_spaces(grid, h)
 
 
 def conformal(grid, variant="Bhat", *, ratio=1e-2, materials=(BRASS, STEEL), shift=0.0):
@@ -77,6 +86,29 @@ def with_distance(problem, distance):
     return replace(problem, distance=distance)
 
 
+@dataclass(frozen=True, eq=False)
+class Products:
+    """ICs of which only products are known, times a factor."""
+
+    operator: object
+    factor: float = 1.0
+
+    def __call__(self, p):
+        return self.factor * self.operator(p)
+
+    def restricted(self, directions):
+        return replace(self, operator=self.operator.restricted(directions))
+
+    def coarsened(self):
+        return replace(self, operator=self.operator.coarsened())
+
+
+def dense(linear, shape):
+    """The matrix of a linear function of arrays of a shape, by unit arrays."""
+    size = int(np.prod(shape))
+    return np.stack([linear(unit).ravel() for unit in np.eye(size).reshape(size, *shape)], axis=1)
+
+
 def numbers(contact):
     """Approach, energy, largest pressure; stiffness, half-lengths of the only patch."""
     (patch,), grid = contact.patches, contact.problem.grid
@@ -87,6 +119,11 @@ def numbers(contact):
 def of_hertz(hertz):
     """The same of Hertz."""
     return np.array([hertz.approach, hertz.energy, hertz.p_max, hertz.stiffness, hertz.a, hertz.b])
+
+
+def hertz_errors(contact, hertz):
+    """Relative errors of the numbers."""
+    return np.abs(numbers(contact) / of_hertz(hertz) - 1)
 
 
 def differences(contact):

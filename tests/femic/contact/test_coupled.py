@@ -1,6 +1,7 @@
 """Pressures and tangential tractions at once: equations against differences, contacts against turns."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -27,38 +28,33 @@ MOTIONS = {
 }
 
 
-def with_forces(names=("longitudinal", "lateral")):
-    """Rolling with forces that determine two creepages."""
-    wanted, given = {"longitudinal": 500.0, "lateral": -300.0, "spin": 100.0}, {}
-    for name in names:
-        given[name] = wanted[name]
-    seen = []
-    original = frictional.solve
-
-    def watched(problem, motion, loading, **_):
-        seen.append(motion)
-        return original(problem, motion, loading)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("femic.contact.rolling.solve", watched)
-        WHEEL.contact(Creepages(), LOAD, forces=given)
-    return seen[0]
+@cache
+def motion_of(name):
+    """One of `MOTIONS`, or rolling with forces that determine two creepages."""
+    if name in MOTIONS:
+        return MOTIONS[name]
+    given = {"longitudinal": 500.0} if name == "one force" else {"longitudinal": 500.0, "lateral": -300.0}
+    return WHEEL.contact(Creepages(), LOAD, forces=given).contact.motion
 
 
-@pytest.fixture(scope="module")
-def motions():
-    return {**MOTIONS, "forces": with_forces()}
+@cache
+def in_groove(name, loading):
+    """The contact of a motion."""
+    return solve(GROOVE, motion_of(name), loading)
 
 
 names = pytest.mark.parametrize("name", [*MOTIONS, "forces"])
 
 
-def near(problem, motion, loading=LOAD, size=0.03):
-    """A guess near the contact."""
-    contact = solve(problem, motion, loading)
-    random = np.random.default_rng(1)
-    p = contact.p * (1 + size * random.normal(size=contact.p.shape))
+def near(name, size=0.03):
+    """A guess near the contact, and the contact."""
+    contact = in_groove(name, LOAD)
+    p = contact.p * (1 + size * np.random.default_rng(1).normal(size=contact.p.shape))
     return Guess(p, contact.amplitudes * (1 + size), contact.approach * (1 + size / 10)), contact
+
+
+def state_near(name):
+    return State.from_guess(Coupled(GROOVE, motion_of(name), LOAD), near(name)[0])
 
 
 # ---- equations
@@ -66,11 +62,12 @@ def near(problem, motion, loading=LOAD, size=0.03):
 
 @names
 @pytest.mark.parametrize("loading", ["load", "approach"])
-def test_equations_have_the_derivative_of_the_residual(name, loading, motions):
+def test_equations_have_the_derivative_of_the_residual(name, loading):
     """With elements in contact and at the leading edge as they are; bounds change, tractions with them."""
-    motion = motions[name]
-    guess, contact = near(GROOVE, motion)
-    system = Coupled(GROOVE, motion, LOAD if loading == "load" else Loading(approach=contact.approach))
+    guess, contact = near(name)
+    system = Coupled(
+        GROOVE, motion_of(name), LOAD if loading == "load" else Loading(approach=contact.approach)
+    )
     state = State.from_guess(system, replace(guess, approach=0.95 * guess.approach))  # nothing joins
     stick = np.count_nonzero(state.law.stick)
     assert 0 < stick < len(state.law.stick)
@@ -92,11 +89,9 @@ def test_equations_have_the_derivative_of_the_residual(name, loading, motions):
 
 
 @names
-def test_preconditioner_meets_forces_and_load(name, motions):
+def test_preconditioner_meets_forces_and_load(name):
     """Whatever it makes of gaps and friction: no component of the residual of forces is left."""
-    motion = motions[name]
-    guess, _ = near(GROOVE, motion)
-    state = State.from_guess(Coupled(GROOVE, motion, LOAD), guess)
+    state = state_near(name)
     k = len(state.coupled.targets)
     assert k == (3 if name == "forces" else 1)
     v = np.random.default_rng(3).normal(size=len(state.residual))
@@ -104,9 +99,7 @@ def test_preconditioner_meets_forces_and_load(name, motions):
 
 
 def test_residuals_are_gaps_law_forces_and_load():
-    motion = MOTIONS["second order"]
-    guess, _ = near(GROOVE, motion)
-    state = State.from_guess(Coupled(GROOVE, motion, LOAD), guess)
+    state = state_near("second order")
     gaps, of_law, (of_load,) = state.parts(state.residual)
     own_gap, own_slip = state.coupled.self_compliance
     u = GROOVE.operator(state.p)
@@ -123,14 +116,12 @@ def test_residuals_are_gaps_law_forces_and_load():
 
 
 def test_a_state_has_no_negative_pressures_and_followers_at_their_bounds():
-    motion = MOTIONS["second order"]
-    guess, contact = near(GROOVE, motion)
+    guess, contact = near("second order")
     p = guess.p.copy()
     pressed = tuple(np.argwhere(contact.in_contact)[5])
     p[pressed] = 3.0, 4.0, -1.0
-    state = State.from_guess(
-        Coupled(GROOVE, motion, LOAD), replace(guess, p=p, approach=0.5 * guess.approach)
-    )
+    system = Coupled(GROOVE, MOTIONS["second order"], LOAD)
+    state = State.from_guess(system, replace(guess, p=p, approach=0.5 * guess.approach))
     np.testing.assert_array_equal(state.p[pressed], 0.0)
     assert np.min(state.p[..., 2]) == 0
     np.testing.assert_allclose(state.u, GROOVE.operator(state.p), atol=1e-15)
@@ -138,10 +129,9 @@ def test_a_state_has_no_negative_pressures_and_followers_at_their_bounds():
 
 
 def test_elements_with_overlap_join():
-    motion = MOTIONS["shift"]
-    contact = solve(GROOVE, motion, LOAD)
+    contact = in_groove("shift", LOAD)
     further = Guess(contact.p, contact.amplitudes, 1.3 * contact.approach)
-    state = State.from_guess(Coupled(GROOVE, motion, LOAD), further)
+    state = State.from_guess(Coupled(GROOVE, MOTIONS["shift"], LOAD), further)
     gap = contact.u[..., 2] + GROOVE.distance - 1.3 * contact.approach * np.cos(GROOVE.inclination)
     np.testing.assert_array_equal(state.contact, contact.in_contact | (gap < 0))
     assert np.count_nonzero(state.contact) > np.count_nonzero(contact.in_contact)
@@ -151,9 +141,8 @@ def test_elements_with_overlap_join():
 
 
 @names
-def test_contacts_at_once_are_those_in_turns(name, motions, monkeypatch):
-    motion = motions[name]
-    before = solve(GROOVE, motion, LESS)
+def test_contacts_at_once_are_those_in_turns(name, monkeypatch):
+    motion, before = motion_of(name), in_groove(name, LESS)
     at_once = solve(GROOVE, motion, LOAD, start=before)
     assert at_once.turns == 0
     monkeypatch.setattr(coupled, "solve", lambda *_: None)
@@ -166,6 +155,8 @@ def test_contacts_at_once_are_those_in_turns(name, motions, monkeypatch):
     np.testing.assert_allclose(at_once.slip, in_turns.slip, atol=1e-4 * np.max(np.abs(in_turns.slip)))
     assert at_once.approach == pytest.approx(in_turns.approach, rel=1e-5)
     assert at_once.force[2] == pytest.approx(LOAD.load, rel=1e-6)
+    if name.endswith("order"):
+        assert np.all(law_errors(at_once, motion.rigid, order=motion.order, dx=motion.dx) < 3e-6)
 
 
 def test_friction_that_differs_by_strip_bounds_each_strip(monkeypatch):
@@ -184,17 +175,9 @@ def test_friction_that_differs_by_strip_bounds_each_strip(monkeypatch):
     np.testing.assert_array_equal(at_once.stick, in_turns.stick)
 
 
-@pytest.mark.parametrize("order", [1, 2])
-def test_tractions_at_once_obey_the_law(order):
-    motion = SteadyRolling(RIGID, dx=GROOVE.grid.dx, order=order)
-    contact = solve(GROOVE, motion, LOAD, start=solve(GROOVE, motion, LESS))
-    assert contact.turns == 0
-    assert np.all(law_errors(contact, motion.rigid, order=order, dx=motion.dx) < 3e-6)
-
-
 def test_from_nothing_both_are_sought_after_some_turns(monkeypatch):
     first, *_ = frictional.AT_ONCE_AFTER
-    there = solve(GROOVE, MOTIONS["shift"], LOAD)
+    there = in_groove("shift", LOAD)
     assert there.turns == first
     monkeypatch.setattr(frictional, "AT_ONCE_AFTER", ())
     here = solve(GROOVE, MOTIONS["shift"], LOAD)
@@ -203,17 +186,16 @@ def test_from_nothing_both_are_sought_after_some_turns(monkeypatch):
 
 
 def test_a_given_approach_is_kept():
-    motion = MOTIONS["shift"]
-    less = solve(GROOVE, motion, LESS)
+    less = in_groove("shift", LESS)
     given = 1.05 * less.approach
-    contact = solve(GROOVE, motion, Loading(approach=given), start=less)
+    contact = solve(GROOVE, MOTIONS["shift"], Loading(approach=given), start=less)
     assert (contact.turns, contact.approach) == (0, given)
     assert contact.force[2] > 1.01 * less.force[2]
 
 
 def test_the_contact_is_its_own_guess(monkeypatch):
     motion = MOTIONS["second order"]
-    contact = solve(GROOVE, motion, LOAD, start=solve(GROOVE, motion, LESS))
+    contact = solve(GROOVE, motion, LOAD, start=in_groove("second order", LESS))
     monkeypatch.setattr(State, "newton_update", lambda *_: pytest.fail("a step is taken"))
     again = solve(GROOVE, motion, LOAD, start=contact)
     np.testing.assert_allclose(again.p, contact.p, atol=1e-12 * contact.p.max())
@@ -221,8 +203,7 @@ def test_the_contact_is_its_own_guess(monkeypatch):
 
 def test_forces_that_are_not_met_are_no_solution():
     """Far from them all slips one way, and tractions do not change with creepages."""
-    motion = with_forces(("longitudinal",))
-    contact = solve(GROOVE, motion, LOAD)
+    motion, contact = motion_of("one force"), in_groove("one force", LOAD)
     for amplitude in (1.0, -1e3, 1e7):
         guess = Guess(contact.p, np.array([amplitude]), contact.approach)
         state = coupled.solve(Coupled(GROOVE, motion, LOAD), guess, 1e-6)

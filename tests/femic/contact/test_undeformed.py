@@ -1,16 +1,22 @@
-"""Distances of surfaces against the geometry of circles, parabolas and planes."""
+"""Distances of surfaces, along normals and over the tangent plane: circles, parabolas, spheres, cones."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from femic.contact.undeformed import Undeformed
-from geometries.contours import arc, ellipse, plane, through_points
+from femic.contact.undeformed import Line, TangentPlane, Undeformed
+from geometries.contours import Contour, arc, ellipse, plane, through_points
 from geometries.errors import WrongInput
 from geometries.surfaces import LOWER, UPPER, Surface
 
+# ---- along normals
+
 X_AT, S_AT = np.array([0.0, 0.7, -2.5, 4.0])[:, None], np.array([-2.0, -0.3, 0.0, 0.9, 2.4])
+
+
+NARROW = through_points(np.linspace(-3.0, 3.0, 31), -(np.linspace(-3.0, 3.0, 31) ** 2) / 20)
 
 
 def surfaces(upper, lower, *, rolling_radius=np.inf, s_range=(-4.0, 4.0), shift=0.0):
@@ -26,13 +32,6 @@ def test_a_plane_above_an_arc():
         np.testing.assert_allclose(scene.distance(0.0, S_AT, approach), expected, rtol=1e-12, atol=1e-14)
 
 
-def test_an_arc_above_a_plane_is_crowned_towards_it():
-    """A crown of the upper body is a groove of the contour: its normal points into the body."""
-    scene = surfaces(arc(-6.0, 0.9, 0.9), plane())
-    expected = 6.0 - np.sqrt(36.0 - S_AT**2)
-    np.testing.assert_allclose(scene.distance(X_AT, S_AT), expected + 0 * X_AT, rtol=1e-12, atol=1e-14)
-
-
 @pytest.mark.parametrize("approach", [0.0, 0.3, -0.05])
 def test_an_arc_in_an_arc(approach):
     """Circles of radii 5.0 in 5.4 whose centres are 0.4 + approach apart: a ray from the inner centre."""
@@ -42,20 +41,23 @@ def test_an_arc_in_an_arc(approach):
     np.testing.assert_allclose(scene.distance(0.0, S_AT, approach), expected, rtol=1e-11, atol=1e-13)
 
 
-def test_a_cylinder_across_a_plane():
-    scene = surfaces(plane(), plane(), rolling_radius=30.0)
-    expected = 30.0 - np.sqrt(900.0 - X_AT**2)
-    np.testing.assert_allclose(scene.distance(X_AT, S_AT), expected + 0 * S_AT, rtol=1e-12, atol=1e-15)
+@pytest.mark.parametrize(
+    ("upper", "radius", "expected"),
+    [
+        (arc(-6.0, 0.9, 0.9), np.inf, 6.0 - np.sqrt(36.0 - S_AT**2)),
+        (plane(), 30.0, 30.0 - np.sqrt(900.0 - X_AT**2)),
+        (arc(-30.0, 1.2, 1.2), 30.0, 30.0 - np.sqrt(900.0 - X_AT**2 - S_AT**2)),
+        (arc(-4.0, 1.2, 1.2), 30.0, 30.0 - np.sqrt((26.0 + np.sqrt(16.0 - S_AT**2)) ** 2 - X_AT**2)),
+    ],
+    ids=["arc", "cylinder across", "sphere", "torus"],
+)
+def test_a_crown_above_a_plane(upper, radius, expected):
+    """A crown of the upper body is a groove of the contour: its normal points into the body.
 
-
-def test_a_sphere_and_a_torus_above_a_plane():
-    """The upper contour revolves about an axis at height 30: radius 30 - z; on a sphere z makes it round."""
-    for crown, expected in (
-        (30.0, 30.0 - np.sqrt(900.0 - X_AT**2 - S_AT**2)),
-        (4.0, 30.0 - np.sqrt((26.0 + np.sqrt(16.0 - S_AT**2)) ** 2 - X_AT**2)),
-    ):
-        scene = surfaces(arc(-crown, 1.2, 1.2), plane(), rolling_radius=30.0)
-        np.testing.assert_allclose(scene.distance(X_AT, S_AT), expected, rtol=1e-11, atol=1e-14)
+    The contour revolves about an axis at height 30: radius 30 - z; on a sphere z makes it round.
+    """
+    distance = surfaces(upper, plane(), rolling_radius=radius).distance(X_AT, S_AT)
+    np.testing.assert_allclose(distance, expected + 0 * X_AT + 0 * S_AT, rtol=1e-11, atol=1e-14)
 
 
 def test_a_groove_of_revolution_above_an_arc():
@@ -69,26 +71,23 @@ def test_a_groove_of_revolution_above_an_arc():
 
 
 @pytest.mark.parametrize("shift", [0.0, 0.35, -0.6])
-def test_the_first_touching_point_of_a_shifted_circle(shift):
+def test_a_shifted_circle_in_a_circle(shift):
     """A circle of radius 5 in one of 9 shifted by c: their normals agree at sin(delta) = c / (9 - 5).
 
-    The centre of the outer one lies then 4 cos(delta) below that of the inner one, where it was 4.
+    The centre of the outer one lies then 4 cos(delta) below that of the inner one, where it was 4. Along s
+    the outer one is ahead by 4 delta where both touch.
     """
     scene = surfaces(arc(9.0, 1.2, 1.2), arc(5.0, 1.2, 1.2), shift=-shift)
     delta = np.arcsin(shift / 4.0)
     at, raised = scene.touching
     assert at == pytest.approx(5.0 * delta, abs=2e-6)  # a minimum: half of the digits
+    assert scene.upper_offset == pytest.approx(4.0 * delta, abs=2e-6)
     assert raised == pytest.approx(4.0 * (1 - np.cos(delta)), abs=1e-11)
-    at_touching = scene.distance(0.0, np.array([at]))
-    assert at_touching == pytest.approx(0.0, abs=1e-10)
+    assert scene.distance(0.0, np.array([at])) == pytest.approx(0.0, abs=1e-10)
     assert np.all(scene.distance(X_AT, S_AT) >= -1e-12)
-
-
-def test_shifted_surfaces_are_as_far_apart_as_circles_are():
-    apart = np.array([-0.35, -4.0 * np.cos(np.arcsin(0.35 / 4.0))])  # of the centres, y and z
+    apart = np.array([-shift, -4.0 * np.cos(delta)])  # of the centres, y and z
     normal = np.stack([np.sin(S_AT / 5.0), np.cos(S_AT / 5.0)])
     along, across = apart @ normal, apart[0] * normal[1] - apart[1] * normal[0]
-    scene = surfaces(arc(9.0, 1.2, 1.2), arc(5.0, 1.2, 1.2), shift=-0.35)
     expected = np.sqrt(81.0 - across**2) + along - 5.0
     np.testing.assert_allclose(scene.distance(0.0, S_AT), expected, rtol=1e-10, atol=1e-11)
 
@@ -117,40 +116,27 @@ def test_mirrored_surfaces_have_mirrored_distances(rolling_radius):
     assert here.touching[1] == pytest.approx(there.touching[1], abs=1e-12)
 
 
-def descent(scene, x, s):
-    step = 1e-5
-    return (scene.distance(x, s, step) - scene.distance(x, s, -step)) / (2 * step)
-
-
-def test_the_distance_falls_with_the_approach_as_the_upper_normal_says():
-    """By n_uz / (n . n_u): circles 5 in 5.4, n_u from the outer centre to the point that the ray meets."""
-    angle = S_AT / 5.0
-    scene = surfaces(arc(5.4, 1.2, 1.2), arc(5.0, 1.0, 1.1))
+@pytest.mark.parametrize("clearance", [0.4, 1e-2, 1e-4])
+def test_the_distance_falls_with_the_approach_as_the_upper_normal_says(clearance):
+    """By n_uz / (n . n_u), n_u from the outer centre to the point met: where they conform by cos(delta)."""
+    angle, step = S_AT / 5.0, 1e-5
+    scene = surfaces(arc(5.0 + clearance, 1.2, 1.2), arc(5.0, 1.0, 1.1))
+    falls = (scene.distance(0.0, S_AT, step) - scene.distance(0.0, S_AT, -step)) / (2 * step)
     end = 5.0 + scene.distance(0.0, S_AT)
-    n_u = np.stack([end * np.sin(angle), end * np.cos(angle) + 0.4]) / 5.4
+    n_u = np.stack([end * np.sin(angle), end * np.cos(angle) + clearance]) / (5.0 + clearance)
     expected = -n_u[1] / (n_u[0] * np.sin(angle) + n_u[1] * np.cos(angle))
-    np.testing.assert_allclose(descent(scene, 0.0, S_AT), expected, rtol=1e-8)
+    np.testing.assert_allclose(falls, expected, rtol=1e-8)
+    np.testing.assert_allclose(falls, -np.cos(angle), rtol=clearance * np.tan(0.5) + 1e-8)
 
 
-def test_distance_falls_by_cos_delta_times_the_approach_where_surfaces_conform():
-    for clearance in (1e-2, 1e-4):
-        scene = surfaces(arc(5.0 + clearance, 1.2, 1.2), arc(5.0, 1.0, 1.1))
-        np.testing.assert_allclose(
-            descent(scene, 0.0, S_AT), -np.cos(S_AT / 5.0), rtol=clearance * np.tan(0.5) + 1e-8
-        )
-
-
-def test_rays_past_the_ends_of_a_contour_meet_nothing():
-    y = np.linspace(-3.0, 3.0, 31)
-    cut = through_points(y, -(y**2) / 20)
-    scene = surfaces(cut, arc(5.0, 1.0, 1.0), s_range=(-2.0, 2.0))
-    distances = scene.distance(0.0, np.array([-4.9, -1.0, 0.0, 1.5, 4.9]))
-    np.testing.assert_array_equal(np.isinf(distances), [True, False, False, False, True])
-
-
-def test_rays_before_and_behind_a_wheel_meet_nothing():
-    distances = surfaces(plane(), plane(), rolling_radius=3.0).distance(np.array([-3.1, 2.9, 3.1]), 0.0)
-    np.testing.assert_array_equal(np.isinf(distances), [True, False, True])
+def test_rays_past_the_ends_of_a_contour_or_a_wheel_meet_nothing():
+    scene = surfaces(NARROW, arc(5.0, 1.0, 1.0), s_range=(-2.0, 2.0))
+    past_ends = scene.distance(0.0, np.array([-4.9, -1.0, 0.0, 1.5, 4.9]))
+    past_wheel = surfaces(plane(), plane(), rolling_radius=3.0).distance(np.array([-3.1, 2.9, 3.1]), 0.0)
+    np.testing.assert_array_equal(np.isinf(past_ends), [True, False, False, False, True])
+    np.testing.assert_array_equal(np.isinf(past_wheel), [True, False, True])
+    # where nothing is opposite, heights are those of the lower surface
+    assert scene.upper_height(4.9) == pytest.approx(-5 * (1 - np.cos(0.98)), abs=1e-3)
 
 
 def test_rays_that_fall_behind_a_tilted_plane_do_not_meet_it_backwards():
@@ -163,55 +149,19 @@ def test_rays_that_fall_behind_a_tilted_plane_do_not_meet_it_backwards():
     np.testing.assert_allclose(scene.distance(0.0, 5.0 * delta), expected, rtol=1e-9, atol=1e-10)
 
 
-def test_a_lower_surface_of_revolution_is_refused():
-    with pytest.raises(WrongInput, match="rolling_radius = 30 of the lower body: it must be prismatic"):
-        Undeformed(Surface(UPPER, plane()), Surface(LOWER, plane(), 30.0), (-1.0, 1.0))
-
-
-@pytest.mark.parametrize("s_range", [(1.0, 1.0), (2.0, -2.0), (0.0, np.inf)])
-def test_a_range_needs_two_ends(s_range):
-    with pytest.raises(WrongInput, match=r"s_range = .*: two finite arc lengths, the smaller one first"):
-        surfaces(plane(), plane(), s_range=s_range)
-
-
-def test_an_upper_contour_beside_the_lower_one_is_refused():
-    y = np.linspace(-3.0, 3.0, 31)
-    with pytest.raises(WrongInput, match="shift = 50 mm: no part of the upper contour lies above the lower"):
-        surfaces(through_points(y, -(y**2) / 20), plane(), shift=50.0)
-
-
-def test_the_upper_arc_length_runs_ahead_where_a_shifted_groove_touches():
-    """A circle in a circle: both touch where their normals have the angle asin(shift / (R - r))."""
-    r, R, shift = 10.0, 12.0, 0.7
-    pair = Undeformed(
-        Surface(UPPER, arc(R, 1.0, 1.0)), Surface(LOWER, arc(r, 1.0, 1.0)), (-9.0, 9.0), shift=shift
-    )
-    angle = -np.arcsin(shift / (R - r))
-    assert pair.touching[0] == pytest.approx(r * angle, abs=1e-6)
-    assert pair.upper_offset == pytest.approx((R - r) * angle, abs=1e-6)
-    assert replace(pair, shift=0.0).upper_offset == pytest.approx(0.0, abs=1e-6)
-
-
 @pytest.mark.parametrize("shift", [0.0, 0.7, -1.2])
 @pytest.mark.parametrize("radius", [np.inf, 300.0])
 def test_the_upper_surface_is_as_high_as_a_ray_of_the_inner_circle_meets_the_outer_one(shift, radius):
     """Over its own crown: a wheel moved aside touches on larger circles about its axle."""
     r, R = 10.0, 12.0
-    groove, rail = arc(R, 1.0, 1.0), arc(r, 1.0, 1.0)
-    pair = surfaces(groove, rail, rolling_radius=radius, s_range=(-7.0, 7.0), shift=shift)
+    bodies = arc(R, 1.0, 1.0), arc(r, 1.0, 1.0)
+    pair = surfaces(*bodies, rolling_radius=radius, s_range=(-7.0, 7.0), shift=shift)
     sin, cos = np.sin(S_AT / r), np.cos(S_AT / r)
     y, z = -shift, np.sqrt((R - r) ** 2 - shift**2)  # of the inner centre from the outer one
     along = -(y * sin + z * cos) + np.sqrt((y * sin + z * cos) ** 2 - (R - r) ** 2 + R**2)
     np.testing.assert_allclose(pair.upper_height(S_AT), z + along * cos - R, rtol=0, atol=1e-6)
     touching = pair.touching[0]
     assert pair.upper_height(touching) == pytest.approx(-R * (1 - np.cos(touching / r)), abs=1e-6)
-
-
-def test_height_is_that_of_the_lower_surface_where_nothing_is_opposite():
-    y = np.linspace(-3.0, 3.0, 61)
-    narrow = surfaces(through_points(y, -(y**2) / 24), arc(10.0, 0.6, 0.6))
-    assert np.isinf(narrow.distance(0.0, 5.0))
-    assert narrow.upper_height(5.0) == pytest.approx(-10 * (1 - np.cos(0.5)), abs=1e-3)
 
 
 def test_flanks_beyond_the_axle_are_not_met():
@@ -225,3 +175,168 @@ def test_flanks_beyond_the_axle_are_not_met():
     z = contour.position(s)[1] - scene.touching[1] + distance * contour.normal(s)[1]  # over the crown
     assert np.all(z[met] < 20.0)
     assert not met[:, [0, -1]].any()
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"s_range": (1.0, 1.0)}, "s_range = .*: two finite arc lengths, the smaller one first"),
+        ({"s_range": (2.0, -2.0)}, "s_range = .*: two finite arc lengths, the smaller one first"),
+        ({"s_range": (0.0, np.inf)}, "s_range = .*: two finite arc lengths, the smaller one first"),
+        ({"shift": 50.0}, "shift = 50 mm: no part of the upper contour lies above the lower"),
+        (
+            {"lower": Surface(LOWER, plane(), 30.0)},
+            "rolling_radius = 30 of the lower body: it must be prismatic",
+        ),
+    ],
+)
+def test_bodies_that_do_not_fit_are_refused(keys, message):
+    bodies = {"lower": Surface(LOWER, plane()), "s_range": (-4.0, 4.0)} | keys
+    with pytest.raises(WrongInput, match=message):
+        Undeformed(Surface(UPPER, NARROW), **bodies)
+
+
+# ---- over the tangent plane
+
+R_RAIL, R_GROOVE, R_ROLL = 10.0, 10.9, 30.0  # mm
+
+
+def inclined(angle):
+    """A straight contour through the origin."""
+    return Contour(Line((0.0, 0.0), angle), (0.0, 0.0))
+
+
+def plane_of(upper, lower, *, at=None, s_range=(-14.0, 14.0), **keys):
+    return TangentPlane(surfaces(upper, lower, s_range=s_range, **keys), at)
+
+
+def over(plane, y, z):
+    """Coordinate and height over the plane of points (y, z) of the lower body's axes."""
+    cos, sin = np.cos(plane.angle), np.sin(plane.angle)
+    y_0, z_0 = plane.bodies.lower.contour.position(plane.place)
+    return (y - y_0) * cos - (z - z_0) * sin, (y - y_0) * sin + (z - z_0) * cos
+
+
+def arcs(shift=2e-1):
+    """Circles of radii 10 in 10.9, whose flanks do not matter here."""
+    return plane_of(arc(R_GROOVE, 1.3, 1.2), arc(R_RAIL, 1.2, 1.3), shift=shift)
+
+
+def height_of_circle(plane, radius, y, z, s):
+    """Height over the plane of the top of a circle about (y, z)."""
+    along, across = over(plane, y, z)
+    return across + np.sqrt(radius**2 - (s - along) ** 2)
+
+
+# ---- closed forms
+
+
+@pytest.mark.parametrize("approach", [0.0, 0.05, -0.3])
+@pytest.mark.parametrize("shift", [0.0, 0.45, -0.6])
+def test_an_arc_in_an_arc_over_the_plane(shift, approach):
+    """Both are circles over any plane. They touch where their normals lie on the line of the centres."""
+    plane = arcs(shift)
+    apart = R_GROOVE - R_RAIL
+    assert plane.angle == pytest.approx(-np.arcsin(shift / apart), abs=1e-6)
+    centre = apart * np.cos(plane.angle) - R_GROOVE + plane.touching[1] - apart * np.cos(plane.angle)
+    upper = height_of_circle(plane, R_GROOVE, shift, centre - approach, S_AT)
+    lower = height_of_circle(plane, R_RAIL, 0.0, -R_RAIL, S_AT)
+    np.testing.assert_allclose(plane.distance(0.0, S_AT, approach), upper - lower, atol=1e-11)
+    assert plane.distance(0.0, 0.0) == pytest.approx(0.0, abs=1e-11)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.35, -0.7])
+def test_a_sphere_above_an_inclined_plane(angle):
+    """The distance along the normal of the plane is that of a sphere that touches it, at any angle."""
+    bodies = arc(-R_ROLL, 1.3, 1.3), inclined(angle)
+    touching = -R_ROLL * np.tan(angle)
+    found = plane_of(*bodies, rolling_radius=R_ROLL, s_range=(-40.0, 40.0))
+    assert found.angle == angle
+    assert found.place == pytest.approx(touching, abs=1e-6)
+    plane = replace(found, at=touching)
+    expected = R_ROLL - np.sqrt(R_ROLL**2 - X_AT**2 - S_AT**2)
+    np.testing.assert_allclose(plane.distance(X_AT, S_AT), expected, atol=1e-11)
+
+
+@pytest.mark.parametrize("angle", [0.05, 0.6, -0.6])
+def test_a_cone_on_a_cylinder(angle):
+    """The cone is a quadric: a quadratic equation for its height at each (x, s)."""
+    plane = plane_of(inclined(angle), arc(R_RAIL, 1.2, 1.2), rolling_radius=R_ROLL)
+    assert plane.angle == pytest.approx(angle, abs=1e-6)
+    cos, sin, tan = np.cos(plane.angle), np.sin(plane.angle), np.tan(angle)
+    (y, z), axle = plane.lower.contour.position(S_AT), R_ROLL + plane.touching[1]
+    # (axle - z - eta cos)^2 + x^2 = (R_ROLL + (y + eta sin) tan)^2
+    a = cos**2 - sin**2 * tan**2
+    b = -2 * ((axle - z) * cos + (R_ROLL + y * tan) * sin * tan)
+    c = (axle - z) ** 2 + X_AT**2 - (R_ROLL + y * tan) ** 2
+    cone = 2 * c / (-b + np.sqrt(b**2 - 4 * a * c))
+    cylinder = height_of_circle(plane, R_RAIL, 0.0, -R_RAIL, S_AT)
+    np.testing.assert_allclose(plane.distance(X_AT, S_AT), cone - cylinder, atol=1e-11)
+
+
+# ---- beside the distance along normals
+
+
+def test_concentric_arcs_are_farther_apart_along_the_normal_of_the_plane():
+    """The distance along normals is g everywhere, over the plane g / cos(alpha) to the first order in g."""
+    plane, gap = arcs(0.0), R_GROOVE - R_RAIL
+    alpha = np.array([-0.5, -0.1, 0.0, 0.3])
+    np.testing.assert_allclose(plane.bodies.distance(0.0, R_RAIL * alpha, -gap), gap, rtol=1e-11)
+    s = R_RAIL * np.sin(alpha)
+    expected = np.sqrt(R_GROOVE**2 - s**2) - np.sqrt(R_RAIL**2 - s**2)
+    np.testing.assert_allclose(plane.distance(0.0, s, -gap), expected, rtol=1e-11)
+    np.testing.assert_allclose(expected, gap / np.cos(alpha), rtol=0.06 * 0.5)
+    assert expected[0] > 1.1 * gap
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.45])
+def test_both_distances_agree_to_the_second_order_beside_the_touching_point(shift):
+    """Their difference over the distance itself falls by 4 where the place is twice as near."""
+    plane = arcs(shift)
+    differences = []
+    for alpha in (0.2, 0.1, 0.05):
+        turned = plane.place + R_RAIL * np.array([-alpha, alpha])
+        along_normals = plane.bodies.distance(0.0, turned)
+        s = R_RAIL * np.sin([-alpha, alpha])
+        differences.append(np.max(np.abs(plane.distance(0.0, s) / along_normals - 1)))
+    assert 0.005 < differences[0] < 0.1
+    for coarse, fine in pairwise(differences):
+        assert coarse / fine == pytest.approx(4.0, rel=0.1)
+
+
+# ---- places
+
+
+def test_distance_ends_where_a_section_turns_beyond_the_normal():
+    """A circle lies over its tangent plane as far as its radius; its flanks do not come back here."""
+    at = -1.1 * R_RAIL
+    plane = plane_of(arc(R_GROOVE, 1.4, 1.3), arc(R_RAIL, 1.4, 1.3), at=at)
+    assert plane.angle == pytest.approx(-1.1)
+    assert plane.s_range[1] == pytest.approx(R_RAIL, rel=1e-4)
+    inside, outside = np.array([0.0, 0.99 * R_RAIL]), np.array([1.001 * R_RAIL, 12.0])
+    assert np.all(np.isfinite(plane.distance(0.0, inside)))
+    assert np.all(np.isinf(plane.distance(0.0, outside)))
+    assert np.all(np.isnan(plane.lower_arc_length(outside)))
+    narrow = plane_of(arc(-4.0, 1.4, 1.4), inclined(0.6), rolling_radius=R_ROLL)
+    ends = narrow.distance(0.0, np.array([-3.9, 3.9, 9.0]))
+    np.testing.assert_array_equal(np.isfinite(ends), [True, True, False])
+
+
+def test_arc_lengths_of_the_lower_contour_and_heights_over_the_origin():
+    plane = arcs(0.45)
+    alpha = np.array([-0.4, 0.0, 0.2])
+    opposite = plane.lower_arc_length(R_RAIL * np.sin(alpha))
+    np.testing.assert_allclose(opposite, plane.place + R_RAIL * alpha, atol=1e-10)
+    expected = plane.bodies.lower.contour.position(plane.place)[1] - 3.0 * np.sin(plane.angle)
+    assert plane.upper_height(3.0) == pytest.approx(expected - plane.touching[1])
+
+
+def test_plane_moves_with_the_touching_point_and_may_be_at_another_place():
+    plane = arcs(0.2)
+    moved, direct = plane.moved_to(0.45), arcs(0.45)
+    np.testing.assert_array_equal(moved.distance(X_AT, S_AT), direct.distance(X_AT, S_AT))
+    beside = replace(plane, at=plane.place + 1.0)
+    assert beside.angle == pytest.approx(plane.angle + 0.1)
+    assert beside.distance(0.0, 0.0) > 1e-3
+    with pytest.raises(WrongInput, match=r"tangent plane at s = 13 mm: the bodies are not opposite there"):
+        plane_of(Contour(Line((0.0, 0.0), 0.0), (0.0, 0.0), (-5.0, 5.0)), arc(R_RAIL, 1.2, 1.2), at=13.0)

@@ -1,4 +1,4 @@
-"""The pin in a hole against collocation of the line loads on both, and against Hertz."""
+"""The pin in a hole by the solver of contact with bounds on both bodies' line loads, and against Hertz."""
 
 from dataclasses import replace
 
@@ -27,11 +27,6 @@ PINS = {
 each_pin = pytest.mark.parametrize("pin", PINS.values(), ids=PINS)
 
 
-def test_the_materials_of_these_pins_are_similar_though_not_equal():
-    assert max(abs(pin.beta) for pin in PINS.values()) < 1e-12
-    assert PINS["other nu"].pin != PINS["other nu"].hole
-
-
 def compliance(pin, half_angle, n):
     """Radial displacement differences at the middles of n elements due to unit pressures on them, (n, n)."""
     width = 2 * half_angle / n
@@ -44,39 +39,6 @@ def compliance(pin, half_angle, n):
     lags = [2 * np.sum(weights / 2 * 3 * own**2 * nn(width / 2 * own**3)) * width / 2]
     lags += [np.sum(weights / 2 * nn(width * (k + nodes / 2))) * width for k in range(1, n)]
     return pin.radius * toeplitz(lags)
-
-
-def by_collocation(pin, half_angle, n=300):
-    """Load, clearance and pressures of a contact over -half_angle ... half_angle, pressures 0 at its ends.
-
-    Pressures of clearance 1 and of a translation that brings both to contact: their weights are such that
-    pressures go to 0 at the ends, like the root of the distance, and not to infinity.
-    """
-    width = 2 * half_angle / n
-    angles = width * (np.arange(n) + 0.5) - half_angle
-    p_one, p_cos = np.linalg.solve(
-        compliance(pin, half_angle, n), np.stack([np.ones(n), np.cos(angles)], axis=1)
-    ).T
-    # near the end p = strength / sqrt(d) + c sqrt(d): from the values at the third and fourth element
-    d = width * np.array([2.5, 3.5])
-    strength = [np.linalg.solve(np.stack([d**-0.5, d**0.5], axis=1), p[2:4])[0] for p in (p_one, p_cos)]
-    p = pin.clearance * (p_cos * strength[0] / strength[1] - p_one)
-    return angles, p, pin.radius * np.sum(p * np.cos(angles)) * width
-
-
-@each_pin
-@pytest.mark.parametrize("half_angle", [0.15, 0.8, 1.15])
-def test_load_and_pressures_agree_with_collocation(pin, half_angle):
-    angles, p, load = by_collocation(pin, half_angle)
-    assert pin.load(half_angle) == pytest.approx(load, rel=0.004)  # elements: 1/300
-    exact = pin.pressure(pin.load(half_angle), angles)
-    assert np.max(np.abs(p - exact)) < 0.01 * np.max(exact)
-
-
-@each_pin
-def test_collocation_converges_to_the_load(pin):
-    errors = [by_collocation(pin, 1.1, n)[2] / pin.load(1.1) - 1 for n in (50, 100, 200)]
-    assert np.all(np.diff(np.log2(np.abs(errors))) < -0.8)
 
 
 def by_bounds(pin, load, n):
@@ -97,6 +59,7 @@ def by_bounds(pin, load, n):
 @pytest.mark.parametrize("n", [40, 80, 160, 320])
 def test_bound_constrained_solver_converges_to_the_pin(pin, half_angle, n):
     """Conformal contact in the plane, with ICs that are exact: order 1.5, because pressures end as a root."""
+    assert abs(pin.beta) < 1e-12  # similar materials, though not equal
     load, element = pin.load(half_angle), np.pi / n
     angles, p, result = by_bounds(pin, load, n)
     assert result == pytest.approx(half_angle, abs=element / 4)

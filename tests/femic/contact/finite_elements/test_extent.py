@@ -1,19 +1,25 @@
-"""Edges of patches from gaps: those of line contacts, and of ellipses whose gap is known."""
+"""Edges of patches from gaps: of line contacts, of ellipses whose gap is known, and beside a joint."""
+
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from femic.contact.exact.hertz import LineContact
-from femic.contact.finite_elements.meshed_contact import end
+from femic.contact.finite_elements.meshed_contact import Bodies, MeshedContact, end
+from geometries.bodies import Body, Domain
+from geometries.contours import arc
 from geometries.errors import Failure
+from geometries.surfaces import LOWER, UPPER
+from tests.femic.contact.problems import STEEL
 
 LINE = LineContact(0.01, 115e3)
 
 
-def vertices(spacing, low, high, seed=0, moved=0.25):
+def vertices(spacing, low, high, moved=0.25):
     """A grid of points (x, y), moved by up to a share of their spacing."""
     x, y = np.meshgrid(np.arange(0, high, spacing), np.arange(low, high, spacing), indexing="ij")
-    move = np.random.default_rng(seed).uniform(-moved, moved, (2, *x.shape)) * spacing
+    move = np.random.default_rng(0).uniform(-moved, moved, (2, *x.shape)) * spacing
     return x.ravel() + move[0].ravel(), y.ravel() + move[1].ravel()
 
 
@@ -54,23 +60,49 @@ def short_surface(room, between, moved=0.25):
     return x, y, elliptic_gap(x, y, 0.0, half_width), spacing
 
 
-@pytest.mark.parametrize("room", [1.1, 1.5, 2.2])
-def test_surface_ending_close_beyond_the_patch_shows_the_edge(room):
-    result = end(*short_surface(room, between=0.45), symmetric=True)
+@pytest.mark.parametrize(
+    ("room", "between", "moved"),
+    [(1.1, 0.45, 0.25), (1.5, 0.45, 0.25), (2.2, 0.45, 0.25), (2.2, 1.2, 0.0)],
+    ids=["1.1", "1.5", "2.2", "two lines"],
+)
+def test_surface_ending_close_beyond_the_patch_shows_the_edge(room, between, moved):
+    result = end(*short_surface(room, between, moved), symmetric=True)
     assert result == pytest.approx(1.0, abs=0.15 * 0.06)
 
 
-def test_two_lines_of_vertices_are_enough():
-    result = end(*short_surface(2.2, between=1.2, moved=0.0), symmetric=True)
-    assert result == pytest.approx(1.0, abs=0.15 * 0.06)
-
-
-def test_single_line_of_vertices_is_refused():
+def test_too_few_vertices_and_a_single_line_of_them_are_refused():
+    x, y = vertices(0.06, 0.0, 1.02)
+    with pytest.raises(Failure, match="more cells"):
+        end(x, y, elliptic_gap(x, y, 0.0), 0.06, symmetric=True)
     with pytest.raises(Failure, match="side by side"):
         end(*short_surface(1.5, between=0.0), symmetric=True)
 
 
-def test_too_few_vertices_are_refused():
-    x, y = vertices(0.06, 0.0, 1.02)
-    with pytest.raises(Failure, match="more cells"):
-        end(x, y, elliptic_gap(x, y, 0.0), 0.06, symmetric=True)
+# ---- near a joint of the contours, where gaps begin to grow otherwise
+
+RADIUS, FLANK, EDGE, SPACING = 10.0, 0.9, 7.0, 0.8  # mm, rad, mm, mm
+
+
+def beside_a_joint(end=15.0, kink=100.0):
+    """A patch that ends at `EDGE`, of vertices up to s = `end`; gaps are steep beyond the lower joint."""
+    x, s = (
+        grid.ravel()
+        for grid in np.meshgrid(np.arange(0, 3, SPACING), np.arange(0.1, end, SPACING), indexing="ij")
+    )
+    gap = np.maximum(s - EDGE + 0.02 * x**2, 0) ** 1.5 + kink * np.maximum(s - RADIUS * FLANK, 0)
+    bodies = Bodies(
+        Body(LOWER, arc(RADIUS, FLANK, FLANK), STEEL, Domain(100.0, 100.0)),
+        Body(UPPER, arc(1.02 * RADIUS, FLANK, FLANK), STEEL, Domain(100.0, 100.0), rolling_radius=400.0),
+        (-20.0, 20.0),
+    )
+    area = np.full(len(x), SPACING**2)
+    pair = SimpleNamespace(x=x, s=s, area=area, gap=lambda *_: gap * area)
+    state = SimpleNamespace(u_lower=None, u_upper=None, approach=None)
+    solution = SimpleNamespace(state=state, active=gap == 0)
+    return MeshedContact(bodies, None, 1.0, pair, solution, 0.0)
+
+
+def test_edge_before_a_joint_is_read_from_gaps_before_the_joint():
+    """A tenth of the spacing is what reading an edge is good to."""
+    assert beside_a_joint().s_range == pytest.approx((-EDGE, EDGE), abs=0.1 * SPACING)
+    assert beside_a_joint().s_range == pytest.approx(beside_a_joint(kink=0.0).s_range, abs=0.03 * SPACING)

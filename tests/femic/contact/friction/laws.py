@@ -4,19 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from approx.pair import Pair, Solid
 from femic.contact.friction.coulomb import Coulomb, FreeAmplitudes
 from femic.contact.friction.law import Strips
 from femic.contact.friction.motion import LeadingEdge, Shift, SteadyRolling
 from femic.contact.operators.approximations import half_space_operator
-from geometries.contours import plane
 from geometries.materials import Material
 from geometries.patches import Grid, S, X
-from geometries.surfaces import LOWER, UPPER, Surface
-from tests.femic.contact.problems import x_of
+from tests.femic.contact.problems import level, x_of
 
 MATERIAL = Material(2 * 1.28 * 82000.0, 0.28)  # G = 82 GPa
-HALF_SPACES = Pair(Solid(MATERIAL, Surface(UPPER, plane())), Solid(MATERIAL, Surface(LOWER, plane())))
 
 
 def law(operator, motion, bound):
@@ -39,7 +35,7 @@ def no_forces(bound):
 
 
 def on_half_spaces(grid):
-    return half_space_operator(HALF_SPACES, grid, (X, S))
+    return half_space_operator(level((MATERIAL, MATERIAL)), grid, (X, S))
 
 
 GRID = Grid(8, 7, 0.5, 0.7)
@@ -48,11 +44,8 @@ GRID = Grid(8, 7, 0.5, 0.7)
 def bounds(seed=0):
     """In an ellipse with a hole; elsewhere none."""
     x, s = x_of(GRID)[:, None] / 1.7, GRID.strips / 2.2
-    g = (
-        200.0
-        * np.sqrt(np.maximum(1 - x**2 - s**2, 0))
-        * np.random.default_rng(seed).uniform(0.7, 1.3, (8, 7))
-    )
+    g = 200.0 * np.sqrt(np.maximum(1 - x**2 - s**2, 0))
+    g *= np.random.default_rng(seed).uniform(0.7, 1.3, (8, 7))
     g[3, 4] = 0.0
     return g
 

@@ -5,24 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.friction.motion import Creepages, friction_factors, in_words, largest_factor
 from femic.contact.frictional import solve
 from femic.contact.loading import Loading
 from femic.contact.rolling import compressed
 from geometries.errors import WrongInput
 from geometries.patches import N
-from tests.femic.contact.friction_problems import (
-    MIXED,
-    POINT,
-    groove,
-    law_errors,
-    paraboloids,
-    wheel_on,
-)
-from tests.femic.contact.problems import STEEL
+from tests.femic.contact.friction_problems import MIXED, POINT, groove, law_errors, paraboloids, wheel_on
 
 LOAD = POINT.load
+LOADING = Loading(LOAD)
 FLANGE = [(5.0, 1.2), (20.0, 0.4)]
 CREEPAGES = Creepages(-1e-3, 5e-4, 1e-4)
 GROOVE = groove(materials=MIXED)
@@ -33,7 +25,7 @@ def with_law(problem, pairs=FLANGE):
 
 
 def rolled(problem, creepages=CREEPAGES):
-    return wheel_on(problem).contact(creepages, Loading(LOAD)).contact
+    return wheel_on(problem).contact(creepages, LOADING).contact
 
 
 def tangential(contact):
@@ -66,10 +58,8 @@ def test_factors_that_do_not_fit_the_strips_are_refused():
     with pytest.raises(WrongInput, match=rf"factor of friction, shape \(3,\): one per strip, .*\({n_s},\)"):
         replace(GROOVE, factor=np.ones(3))
     for wrong in (-0.1, np.nan, np.inf):
-        factor = np.ones(n_s)
-        factor[2] = wrong
         with pytest.raises(WrongInput, match=r"at strip 2: must be zero or positive, and finite"):
-            replace(GROOVE, factor=factor)
+            replace(GROOVE, factor=np.where(np.arange(n_s) == 2, wrong, 1.0))
 
 
 # ---- contacts
@@ -97,13 +87,16 @@ def test_a_factor_of_1_is_no_factor_and_that_of_a_half_is_half_of_the_coefficien
 
 @pytest.mark.parametrize("order", [1, 2])
 def test_coulombs_law_holds_with_the_coefficient_of_each_strip(order):
+    """Each third strip has no friction, and bears none."""
     problem = with_law(replace(GROOVE, friction=0.8))
-    wheel = wheel_on(problem, order=order)
-    contact = wheel.contact(CREEPAGES, Loading(LOAD)).contact
+    problem = replace(problem, factor=problem.factor * (np.arange(problem.grid.n_s) % 3 > 0))
+    contact = wheel_on(problem, order=order).contact(CREEPAGES, LOADING).contact
     errors = law_errors(contact, contact.motion.rigid, order=order, dx=problem.grid.dx)
     assert np.all(errors < 3e-6)
+    assert not np.any(tangential(contact)[:, ::3])
+    assert np.any(tangential(contact)[:, 1::3])
     pressed = contact.p[..., N].max(axis=0) > 0
-    assert np.ptp(problem.factor[pressed]) > 0.5
+    assert np.ptp(problem.factor[pressed & (problem.factor > 0)]) > 0.5
     assert 0.1 < contact.sliding_share < 0.9
 
 
@@ -118,46 +111,19 @@ def test_where_all_slides_along_x_each_strip_bears_its_own_friction():
     assert borne < 0.9 * problem.friction * np.sum(strips)
 
 
-def test_mirrored_bodies_have_mirrored_tractions():
-    """The law is that of both sides: the contact of the mirrored groove lies on the other one."""
-    here = rolled(with_law(GROOVE))
-    mirrored = wheel_on(with_law(groove(materials=MIXED, mirrored=True)), mirrored=True)
-    creepages = Creepages(CREEPAGES.longitudinal, -CREEPAGES.lateral, -CREEPAGES.spin)
-    there = mirrored.contact(creepages, Loading(LOAD)).contact
-    np.testing.assert_allclose(there.p[:, ::-1] * [1, -1, 1], here.p, atol=2e-5 * here.p.max())
-
-
-def test_small_creepages_give_kalkers_force_whatever_the_factors():
-    """Friction is large on every strip; without slip its coefficient does not matter."""
-    problem = paraboloids(40, 36, friction=3.0, room=(1.3, 1.3))
-    problem = replace(problem, factor=np.linspace(0.8, 3.0, 36))
-    contact = rolled(problem, Creepages(1e-5))
-    G = STEEL.E / 2 / (1 + STEEL.nu)
-    exact, _, _ = creepage_coefficients(POINT.a, POINT.b, STEEL.nu).forces(G, 1e-5, 0.0, 0.0)
-    assert contact.force[0] == pytest.approx(exact, rel=0.012)
-
-
-def test_strips_without_friction_bear_none():
-    factor = np.where(np.arange(GROOVE.grid.n_s) % 3 == 0, 0.0, 1.0)
-    contact = rolled(replace(GROOVE, factor=factor))
-    assert not np.any(tangential(contact)[:, ::3])
-    assert np.any(tangential(contact)[:, 1::3])
-    assert contact.force[2] == pytest.approx(LOAD, rel=1e-6)
-
-
 def test_elements_twice_as_large_have_the_mean_of_two_strips():
     factor = np.linspace(0.2, 1.0, 32)
     problem = replace(paraboloids(64, 32), factor=factor)
     np.testing.assert_allclose(problem.coarsened.factor, (factor[::2] + factor[1::2]) / 2)
-    motion = wheel_on(problem).contact(CREEPAGES, Loading(LOAD)).contact.motion
-    contact = solve(problem, motion, Loading(LOAD))
+    motion = wheel_on(problem).contact(CREEPAGES, LOADING).contact.motion
+    contact = solve(problem, motion, LOADING)
     assert contact.coarser.force == pytest.approx(contact.force, rel=0.05)
 
 
 def test_compression_and_rolling_from_rest_have_the_friction_of_each_strip():
     problem = with_law(replace(GROOVE, friction=0.6))
-    *_, pressed = compressed(problem, [Loading(LOAD / 2), Loading(LOAD)])
-    *_, moved = wheel_on(problem).transient(CREEPAGES, Loading(LOAD), 3)
+    *_, pressed = compressed(problem, [Loading(LOAD / 2), LOADING])
+    *_, moved = wheel_on(problem).transient(CREEPAGES, LOADING, 3)
     for contact in (pressed, moved.contact):
         bound = 0.6 * problem.factor * contact.p[..., N]
         slides = contact.in_contact & ~contact.stick

@@ -9,9 +9,8 @@ import pytest
 from femic.contact.exact.friction import TractiveRolling
 from femic.contact.exact.hertz import LineContact
 from femic.contact.friction import coulomb
-from femic.contact.friction.coulomb import Coulomb
-from femic.contact.friction.law import Strips
-from femic.contact.friction.motion import LeadingEdge, Shift, SteadyRolling
+from femic.contact.friction.coulomb import attainable_factor
+from femic.contact.friction.motion import Shift, SteadyRolling
 from femic.contact.operators.convolution import Convolution
 from geometries.errors import Failure
 from geometries.patches import Grid, S, X
@@ -25,14 +24,8 @@ from tests.femic.contact.friction.laws import (
     swirl,
     with_forces,
 )
-from tests.femic.contact.friction_problems import slip_between
-from tests.femic.contact.problems import x_of
-
-
-def dense(linear, shape):
-    size = int(np.prod(shape))
-    return np.stack([linear(unit).ravel() for unit in np.eye(size).reshape(size, *shape)], axis=1)
-
+from tests.femic.contact.friction_problems import coulomb_errors
+from tests.femic.contact.problems import dense, x_of
 
 # ---- small problems, in full
 
@@ -96,60 +89,27 @@ def test_a_shift_has_the_least_energy(seed):
     assert np.all(result.p[g == 0] == 0)
 
 
-# ---- the law, from the operator and loops
+each_motion = pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
 
 
-def residual(problem, result, operator, motion):
-    """The largest error of the law as a share of the largest bound; slip in units of tractions.
-
-    Slip is zero where elements stick, to the second order half way to the next one; the others' is opposite
-    to their traction, to the second order the weighted mean of both sides. Followers at leading edges do not
-    count.
-    """
-    u, g = operator(result.p), problem.bound
-    unit = np.zeros_like(u)
-    unit[len(u) // 2, u.shape[1] // 2, 0] = 1.0
-    own, errors = np.max(np.abs(problem.compliance(unit)[..., 0])), [0.0]
-    for i, j in zip(*np.nonzero(g), strict=True):
-        size = float(np.linalg.norm(result.p[i, j]))
-        errors.append(size - g[i, j])
-        if isinstance(motion, Shift):
-            before = after = motion.rigid[i, j] + u[i, j]
-        else:
-            between = slip_between(u, motion.rigid, motion.dx, motion.order)
-            after = before = between[i, j]
-            if motion.order == 2:
-                behind = between[i - 1, j]
-                sizes = np.linalg.norm(behind) + np.linalg.norm(after)
-                before = after + 2 * max(0.0, behind @ after) / sizes**2 * (behind - after)
-        if not problem.edge.free[i, j]:
-            continue
-        if result.stick[i, j]:
-            errors.append(float(np.linalg.norm(after)) / own)
-        else:
-            slip = float(np.linalg.norm(before))
-            errors.append(abs(size - g[i, j]))
-            errors.append(
-                float(np.linalg.norm(result.p[i, j] + g[i, j] * before / slip)) * min(1, slip / own / g[i, j])
-            )
-    return max(errors) / g.max()
-
-
-@pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
+@each_motion
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-9])
 def test_the_law_holds_on_each_element(motion, tolerance):
     operator = on_half_spaces(GRID)
     problem = law(operator, motion, bounds())
     result = coulomb.tractions(problem, tolerance=tolerance)
-    rubs = np.count_nonzero(problem.bound)
-    assert 2 < np.count_nonzero(result.stick) < rubs - 2
-    assert residual(problem, result, operator, motion) < 20 * tolerance
-    wrong = replace(result, p=result.p + 1e3 * tolerance * problem.bound[..., None] * [0.7, 0.7])
-    assert residual(problem, wrong, operator, motion) > 50 * tolerance
+
+    def error(p):
+        of_motion = {name: vars(motion)[name] for name in ("order", "dx") if name in vars(motion)}
+        return max(coulomb_errors(operator, p, problem.bound, result.stick, motion.rigid, **of_motion))
+
+    assert 2 < np.count_nonzero(result.stick) < np.count_nonzero(problem.bound) - 2
+    assert error(result.p) < 20 * tolerance
+    assert error(result.p + 1e3 * tolerance * problem.bound[..., None] * [0.7, 0.7]) > 50 * tolerance
     assert result.residuals[-1] <= tolerance < result.residuals[0]
 
 
-@pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
+@each_motion
 def test_start_saves_steps_without_changing_the_solution(motion):
     problem = law(on_half_spaces(GRID), motion, bounds())
     cold = coulomb.tractions(problem, tolerance=1e-10)
@@ -160,7 +120,7 @@ def test_start_saves_steps_without_changing_the_solution(motion):
     assert len(again.residuals) == 1 < len(cold.residuals)
 
 
-@pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
+@each_motion
 def test_zero_bounds_give_no_tractions_and_large_bounds_full_stick(motion):
     operator = on_half_spaces(GRID)
     none = coulomb.tractions(law(operator, motion, np.zeros((8, 7))))
@@ -179,17 +139,6 @@ def test_zero_bounds_give_no_tractions_and_large_bounds_full_stick(motion):
     assert np.max(np.abs(slip)) < 1e-4 * np.max(np.abs(problem.rigid))
 
 
-@pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
-@pytest.mark.parametrize("scale", [1e-5, 1e5])
-def test_ten_decades_of_bounds_and_slip_are_similar(motion, scale):
-    here = law(on_half_spaces(GRID), motion, bounds())
-    there = replace(here, rigid=scale * here.rigid, bound=scale * here.bound)
-    p = coulomb.tractions(here, tolerance=1e-9).p
-    np.testing.assert_allclose(
-        coulomb.tractions(there, tolerance=1e-9).p, scale * p, atol=1e-6 * scale * p.max()
-    )
-
-
 def test_mirrored_reversed_rolling_is_mirrored():
     """In x: the problem of rolling towards -x is built here, with the neighbour at smaller x."""
     w, g = swirl(4e-3), bounds()
@@ -201,18 +150,7 @@ def test_mirrored_reversed_rolling_is_mirrored():
             return (u - np.concatenate([u[:1], u[:-1]])) / GRID.dx
 
     sign, mirror = np.array([-1.0, 1.0]), slice(None, None, -1)
-    motion, edge = Backwards(w), LeadingEdge.find(g[mirror], 0)
-    strips = Strips.on_half_spaces(operator, motion)
-    problem = Coulomb(
-        lambda p: motion.elastic_slip(operator(p)),
-        strips,
-        sign * w[mirror],
-        g[mirror],
-        edge,
-        motion,
-        no_forces(g),
-    )
-    there = coulomb.tractions(problem, tolerance=1e-9)
+    there = coulomb.tractions(law(operator, Backwards(sign * w[mirror]), g[mirror]), tolerance=1e-9)
     np.testing.assert_allclose(there.p[mirror] * sign, here.p, atol=1e-6 * g.max())
     np.testing.assert_array_equal(there.stick[mirror], here.stick)
     forwards = coulomb.tractions(law(operator, replace(MOTIONS["first"], rigid=sign * w[mirror]), g[mirror]))
@@ -236,7 +174,7 @@ def test_prescribed_forces_are_met_from_any_guess_of_the_amplitudes(share, guess
     np.testing.assert_allclose(given.slip, result.slip, atol=1e-7)
 
 
-@pytest.mark.parametrize("share", [1.02, 1.5, 1e4])
+@pytest.mark.parametrize("share", [1.0001, 1.5, 1e4])
 def test_forces_that_friction_does_not_bear_are_refused_at_once(share, monkeypatch):
     monkeypatch.setattr(coulomb, "MOST_STEPS", 0)
     targets = share * bounds().sum() * np.array([0.8, -0.6])
@@ -367,3 +305,90 @@ def test_forces_on_an_ellipse_converge_with_their_order_to_the_same_limit():
     assert np.log2(changes[0] / changes[1]) > 1.6
     assert np.all(errors > [3, 5, 8] * np.linalg.norm(second - limit, axis=1))
     assert 0.25 < np.linalg.norm(limit[:2]) < 0.95
+
+
+# ---- forces that friction can supply, against closed forms and by brute force over directions of amplitudes
+
+BOUND = np.random.default_rng(0).uniform(0.0, 2.0, (9, 8)) - 0.4
+BOUND[BOUND < 0] = 0.0
+X_AT, Y_AT = np.meshgrid(np.linspace(-4.0, 4.0, 9), np.linspace(-3.0, 3.0, 8), indexing="ij")
+ONE, ZERO = np.ones_like(X_AT), np.zeros_like(X_AT)
+ALONG, ACROSS, TURNING = (np.stack(pair, axis=-1) for pair in ((ONE, ZERO), (ZERO, ONE), (-Y_AT, X_AT)))
+
+
+TURN = np.sum(BOUND * np.hypot(X_AT, Y_AT))
+
+
+@pytest.mark.parametrize(
+    ("ways", "bound", "targets", "expected"),
+    [
+        *(([ALONG], BOUND, [BOUND.sum() / factor], abs(factor)) for factor in (4.0, -0.5)),
+        *(([TURNING], BOUND, [TURN / factor], abs(factor)) for factor in (4.0, -0.5)),
+        *(
+            ([ALONG, ACROSS], BOUND, 0.5 * BOUND.sum() * np.array([np.cos(angle), np.sin(angle)]), 2.0)
+            for angle in (0.0, 0.7, 2.0, -1.1)
+        ),
+        ([ALONG], BOUND, [0.0], np.inf),
+        ([ALONG], 0 * BOUND, [0.0], 0.0),
+        ([ALONG, ACROSS], 0 * BOUND, [1.0, 0.0], 0.0),
+        ([ALONG, 0 * ALONG], BOUND, [1.0, 1.0], 0.0),
+        ([ALONG, ALONG], BOUND, [1.0, -1.0], 0.0),
+        ([ALONG, ALONG], BOUND, [0.25 * BOUND.sum()] * 2, 4.0),
+    ],
+)
+def test_limit_of_one_force_of_two_in_any_direction_of_none_and_of_dependent_ones(
+    ways, bound, targets, expected
+):
+    factor = attainable_factor(np.array(ways), bound, np.array(targets))
+    assert factor == pytest.approx(expected, rel=1e-6, abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_three_forces_are_within_what_all_directions_allow(seed):
+    """The least of sum g |c W| over c f = 1, c by steps of 0.03 rad: at most that of the grid, not below."""
+    weights = np.array([ALONG, ACROSS, TURNING])
+    targets = BOUND.sum() * np.random.default_rng(seed).normal(size=3) * [1.0, 1.0, 3.0]
+    t, u = np.meshgrid(np.linspace(0, np.pi, 106), np.linspace(0, 2 * np.pi, 210))
+    c = np.stack([np.sin(t) * np.cos(u), np.sin(t) * np.sin(u), np.cos(t) / 3], axis=-1).reshape(-1, 3)
+    work = np.linalg.norm(np.tensordot(c, weights, 1), axis=-1).reshape(len(c), -1) @ BOUND.ravel()
+    power = c @ targets
+    least = np.min(work[power > 0] / power[power > 0])
+    assert least * (1 - 3e-3) < attainable_factor(weights, BOUND, targets) <= least * (1 + 1e-9)
+
+
+def test_limit_is_independent_of_units_and_scales_with_forces():
+    weights, targets = np.array([ALONG, ACROSS, TURNING]), np.array([20.0, -5.0, 40.0])
+    here = attainable_factor(weights, BOUND, targets)
+    scales = np.array([1.0, 1.0, 1e-3])
+    for unit in (1e6, 1e-9):
+        there = attainable_factor(
+            weights * scales[:, None, None, None], unit * BOUND, unit * targets * scales
+        )
+        assert there == pytest.approx(here, rel=1e-6)
+    assert attainable_factor(weights, BOUND, 3 * targets) == pytest.approx(here / 3)
+
+
+def test_limit_is_found_from_amplitudes_that_leave_an_element_without_slip():
+    """Elements at y = 0, 2, 4 with bounds 13/4, 3/2, 13/4: the first amplitudes turn about the second one.
+
+    The limit is reached with all friction of the first two: F = p0 + p2 + p4 and M = 2 p2 + 4 p4 = -2 F.
+    """
+    y, g = np.array([0.0, 2.0, 4.0]), np.array([3.25, 1.5, 3.25])[:, None]
+    weights = np.zeros((2, 3, 1, 2))
+    weights[0, :, 0, 0], weights[1, :, 0, 0] = 1.0, y
+    p = np.array([3.25, 1.5, -(3.25 + 2 * 1.5) / 3])
+    force, moment = p.sum(), y @ p
+    assert moment == pytest.approx(-2 * force)
+    assert attainable_factor(weights, g, np.array([8.0, -16.0])) == pytest.approx(force / 8.0, rel=1e-4)
+
+
+def test_one_element_bears_no_moment_of_its_own():
+    """Its force and its moment go together: the moment is x times the lateral force."""
+    lone = np.zeros_like(BOUND)
+    lone[6, 3] = 2.0
+    lateral, lever = 1.0, X_AT[6, 3]
+    together = np.array([0.0, lateral, lateral * lever])
+    weights = np.array([ALONG, ACROSS, TURNING])
+    assert Y_AT[6, 3] != 0
+    assert attainable_factor(weights, lone, together) == pytest.approx(2.0, rel=1e-3)
+    assert attainable_factor(weights, lone, together * [1, 1, -1]) < 1e-3

@@ -1,25 +1,21 @@
-"""How the Newton methods go: their equations against loops and differences, their starts and ends."""
+"""How the Newton methods go: their equations against loops and differences, starts, ends, inverses."""
 
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.sparse.linalg import LinearOperator, gmres
 
 from femic.contact import coupled
 from femic.contact.friction import coulomb
 from femic.contact.friction.coulomb import Coulomb, FreeAmplitudes
-from femic.contact.friction.law import Strips, correction, inverse_of_amplitudes, stagnated
-from femic.contact.friction.motion import LeadingEdge, Shift, SteadyRolling
-from tests.femic.contact.friction.laws import no_forces
+from femic.contact.friction.law import Law, StripInverse, Strips, correction, inverse_of_amplitudes, stagnated
+from femic.contact.friction.motion import LeadingEdge, RollingStep, Shift, SteadyRolling
+from geometries.patches import Grid
+from tests.femic.contact.friction.laws import no_forces, on_half_spaces
 
 TIGHT = 1e-12
-
-
-def own_strips(n_x, compliance):
-    """Elements of strips that do not move each other."""
-    own = compliance * np.stack([np.eye(n_x, dtype=np.float32)] * 2)
-    return Strips(own, np.zeros_like(own), lambda slip: slip)
 
 
 class Exact:
@@ -75,30 +71,18 @@ def test_an_exact_solution_meets_a_tolerance_of_zero():
         assert not np.any(result.p)
 
 
-def starts(bound, rigid, q, c):
-    """The given state, and those that steps begin with."""
-    newton = coulomb._Newton(springs(bound, rigid, FreeAmplitudes(WAYS, WAYS, TARGETS)), 1.7)
-    given = newton.state(q.reshape(-1, 2), c)
-    return given, list(newton.starts(given, TIGHT))
-
-
 @pytest.mark.parametrize("largest", [100.0, 1.3])
 def test_full_stick_moves_nothing_and_meets_the_forces_but_for_bounds(largest):
     random = np.random.default_rng(0)
     bound, rigid = random.uniform(0.2, 1.0, SHAPE) * largest, 0.1 * RIGID
+    newton = coulomb._Newton(springs(bound, rigid, FreeAmplitudes(WAYS, WAYS, TARGETS)), 1.7)
+    given = newton.state(random.normal(size=(rigid.size // 2, 2)), random.normal(size=2))
+    *_, state = newton.starts(given, TIGHT)
     c = -(COMPLIANCE * TARGETS + rigid.sum(axis=(0, 1))) / (rigid.size / 2)
-    *_, state = starts(bound, rigid, random.normal(size=rigid.shape), random.normal(size=2))[1]
     np.testing.assert_allclose(state.c, c, atol=1e-9)
     expected = projected(-(rigid + c) / COMPLIANCE, bound)
     np.testing.assert_allclose(state.q, expected.reshape(-1, 2), atol=1e-9)
     assert (state.largest < 1e-9) == (largest == 100.0)
-
-
-@pytest.mark.parametrize(("amplitude", "is_a_start"), [(0.0, True), (1e3, False)])
-def test_a_guess_by_which_all_slips_is_no_start(amplitude, is_a_start):
-    """Amplitudes then do not change the forces."""
-    given, states = starts(np.ones(SHAPE), 0 * RIGID, 0 * RIGID, np.full(2, amplitude))
-    assert [state is given for state in states] == ([True] if is_a_start else []) + [False]
 
 
 # ---- a problem of random numbers, with followers at a leading edge and free amplitudes
@@ -111,11 +95,12 @@ BOUND[:2, 0] = BOUND[8, 2] = BOUND[4, 1] = 0.0
 def random_numbers(scale=0.8):
     """The problem's Newton method, and a state near the limit of stick."""
     random = np.random.default_rng(7)
+    own = np.stack([np.eye(len(BOUND), dtype=np.float32)] * 2)  # strips do not move each other
     L = np.eye(2 * BOUND.size) + 0.1 * random.normal(size=(2 * BOUND.size,) * 2)
     rigid, (modes, weights) = random.normal(size=(*AREA, 2)), random.normal(size=(2, 2, *AREA, 2))
     problem = Coulomb(
         lambda p: (L @ p.ravel()).reshape(p.shape),
-        own_strips(len(BOUND), 1.0),
+        Strips(own, np.zeros_like(own), lambda slip: slip),
         rigid,
         BOUND,
         LeadingEdge.find(BOUND, 2),
@@ -181,10 +166,13 @@ def equations(monkeypatch, newton, state):
     return right, *dense
 
 
-def test_linear_equations_have_the_derivative_of_the_residual(monkeypatch):
+def test_linear_equations_have_the_derivative_of_the_residual_and_their_preconditioner_meets_forces(
+    monkeypatch,
+):
     newton, state = random_numbers()
-    right, matrix, _ = equations(monkeypatch, newton, state)
+    right, matrix, inverse = equations(monkeypatch, newton, state)
     np.testing.assert_array_equal(right, -state.residual)
+    np.testing.assert_allclose((matrix @ inverse)[-2:], np.eye(len(matrix))[-2:], atol=1e-9)
     m, h = len(state.q), 1e-6
     for unit, column in zip(np.eye(len(right)), matrix.T, strict=True):
         dq, dc = h * unit[: 2 * m].reshape(m, 2), h * unit[2 * m :]
@@ -195,12 +183,6 @@ def test_linear_equations_have_the_derivative_of_the_residual(monkeypatch):
         )
         np.testing.assert_array_equal(ahead.law.stick, behind.law.stick)
         np.testing.assert_allclose(column, (ahead.residual - behind.residual) / (2 * h), atol=1e-7)
-
-
-def test_preconditioner_meets_forces(monkeypatch):
-    newton, state = random_numbers()
-    _, matrix, inverse = equations(monkeypatch, newton, state)
-    np.testing.assert_allclose((matrix @ inverse)[-2:], np.eye(len(matrix))[-2:], atol=1e-9)
 
 
 # ---- what both Newton methods share
@@ -241,18 +223,13 @@ def no_tractions(newton):
     return np.zeros((len(newton.g), 2)), np.zeros(len(newton.problem.free.targets))
 
 
-def test_an_element_without_traction_and_slip_sticks():
-    newton = coulomb._Newton(springs(rigid=np.zeros((*SHAPE, 2))), 1.0)
-    state = newton.state(*no_tractions(newton))
-    assert np.all(state.law.stick)
-    np.testing.assert_array_equal(state.law.direction, 0.0)
-    assert np.all(np.isfinite(state.law.share))
-
-
-def test_an_element_at_its_bound_without_slip_sticks():
+@pytest.mark.parametrize("q", [0.0, 1.0], ids=["without traction", "at its bound"])
+def test_an_element_without_slip_sticks(q):
     newton = coulomb._Newton(springs(np.ones(SHAPE), np.zeros((*SHAPE, 2))), 1.0)
-    q = np.tile([1.0, 0.0], (12, 1))
-    assert np.all(newton.state(q, np.zeros(0), np.zeros((*SHAPE, 2))).law.stick)
+    state = newton.state(np.tile([q, 0.0], (12, 1)), np.zeros(0), np.zeros((*SHAPE, 2)))
+    assert np.all(state.law.stick)
+    assert np.all(np.isfinite(state.law.share))
+    np.testing.assert_array_equal(state.law.direction, np.tile([q, 0.0], (12, 1)))
 
 
 def test_trial_slip_is_scaled_by_the_mean_compliance_of_the_element_in_the_middle(monkeypatch):
@@ -339,6 +316,7 @@ def test_a_least_step_is_taken_where_the_defect_does_not_fall():
     [(5.0, 0, False), (0.3, 0, False), (0.1, 0, True), (0.05, 0, True), (5.0, 1, True), (5.0, 12, True)],
 )
 def test_a_guess_by_which_all_slips_is_a_start_where_it_nearly_solves_the_problem(largest, stick, is_a_start):
+    """Amplitudes then do not change the forces; without any the guess is the only start."""
     newton = coulomb._Newton(springs(np.ones(SHAPE), free=FreeAmplitudes(WAYS, WAYS, TARGETS)), 1.7)
     state = newton.state(*no_tractions(newton))
     residual = np.zeros_like(state.residual)
@@ -347,12 +325,9 @@ def test_a_guess_by_which_all_slips_is_a_start_where_it_nearly_solves_the_proble
     given = with_values(replace(state, law=law), residual=residual)
     states = [one is given for one in newton.starts(given, TIGHT)]
     assert states == ([True] if is_a_start else []) + [False]
-
-
-def test_without_free_amplitudes_the_guess_is_the_only_start():
-    newton = coulomb._Newton(springs(), 1.7)
-    given = newton.state(*no_tractions(newton))
-    assert list(newton.starts(given, TIGHT)) == [given]
+    without = coulomb._Newton(springs(), 1.7)
+    given = without.state(*no_tractions(without))
+    assert list(without.starts(given, TIGHT)) == [given]
 
 
 class Wandering(coulomb._Newton):
@@ -369,3 +344,101 @@ def test_idle_steps_end():
     assert newton.solution(state, TIGHT, residuals) is None
     assert len(residuals) == 30 + 1 + coulomb.MOST_IDLE_STEPS
     assert residuals[30] == state.largest
+
+
+# ---- the approximate inverse of the law: exact on a single strip, and on half-spaces but for its edges
+
+MOTIONS = {"shift": Shift, "first": SteadyRolling, "second": SteadyRolling, "step": RollingStep}
+
+
+def motion_of(name, grid):
+    rigid = np.zeros((grid.n_x, grid.n_s, 2))
+    if name == "shift":
+        return Shift(rigid)
+    order = 1 if name == "first" else 2
+    return MOTIONS[name](rigid, dx=grid.dx, order=order)
+
+
+def law_at_random(name, grid, holes=(), *, sticking=False):
+    """The law at random tractions and slip, in all but the outermost elements, and its equations."""
+    random, motion, operator = np.random.default_rng(0), motion_of(name, grid), on_half_spaces(grid)
+    bound = np.zeros((grid.n_x, grid.n_s))
+    bound[1:-1] = random.uniform(50.0, 150.0, (grid.n_x - 2, grid.n_s))
+    for hole in holes:
+        bound[hole] = 0.0
+    edge = LeadingEdge.find(bound, motion.depth)
+    own = operator(np.ones((grid.n_x, grid.n_s, 2)) * (np.arange(grid.n_x) == 3)[:, None, None])[3, 0, 0]
+    scale = 1 / own * (1 if name == "shift" else grid.dx)
+    q = random.normal(size=(np.count_nonzero(edge.free), 2)) * 60
+    slip = random.normal(size=(grid.n_x, grid.n_s, 2)) * 60 / scale
+    slip[: grid.n_x // 2] *= 0.02  # there most elements stick
+    law = Law(motion, scale, edge.free, q, bound[edge.free][:, None], slip, sticking=sticking)
+    assert sticking or 2 < np.count_nonzero(law.stick) < len(law.stick) - 2
+
+    def derivative(v):
+        p = np.zeros((grid.n_x, grid.n_s, 2))
+        p[edge.free] = v.reshape(-1, 2)
+        return law.derivative(v.reshape(-1, 2), motion.elastic_slip(operator(edge.spread(p)))).ravel()
+
+    return law, edge, operator, derivative
+
+
+@pytest.mark.parametrize("holes", [(), ((4, 0),)], ids=["whole", "with a hole"])
+@pytest.mark.parametrize("name", MOTIONS)
+def test_on_one_strip_it_is_the_inverse_but_for_what_couples_x_with_s(name, holes):
+    law, edge, operator, derivative = law_at_random(name, Grid(14, 1, 0.4, 0.5), holes)
+    matrix = np.stack([derivative(unit) for unit in np.eye(2 * len(law.q))], axis=1)
+    for i in range(2):
+        matrix[i::2, 1 - i :: 2] = 0.0
+    inverse = StripInverse(Strips.on_half_spaces(operator, law.motion), law, edge)
+    for v in np.random.default_rng(1).normal(size=(3, 2 * len(law.q))):
+        expected = np.linalg.solve(matrix, v)
+        result = inverse(v.reshape(-1, 2)).ravel()
+        np.testing.assert_allclose(result, expected, atol=1e-4 * np.max(np.abs(expected)))  # single precision
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_waves_over_all_strips_are_accounted_for(name):
+    """Where all stick: far fewer products are needed than with each strip alone."""
+    law, edge, operator, derivative = law_at_random(name, Grid(16, 12, 0.4, 0.4), sticking=True)
+    size, strips = 2 * len(law.q), Strips.on_half_spaces(operator, law.motion)
+    b = np.random.default_rng(2).normal(size=size)
+
+    def products(inverse):
+        count = []
+        counted, approximate = (
+            LinearOperator((size, size), matvec=matvec, dtype=float)
+            for matvec in (
+                lambda v: count.append(1) or derivative(v),
+                lambda v: inverse(v.reshape(-1, 2)).ravel(),
+            )
+        )
+        x, failed = gmres(counted, b, M=approximate, rtol=1e-5, restart=size)
+        assert not failed
+        np.testing.assert_allclose(derivative(x), b, atol=1e-3 * np.max(np.abs(b)))
+        return len(count)
+
+    both, alone = strips, replace(strips, alone=lambda slip: slip)
+    assert products(StripInverse(both, law, edge)) < 0.75 * products(StripInverse(alone, law, edge))
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_a_contact_at_the_ends_of_the_grid_has_finite_tractions(name):
+    """In steady rolling the last element has no slip of its own there."""
+    grid = Grid(8, 3, 0.4, 0.5)
+    motion, operator, bound = motion_of(name, grid), on_half_spaces(grid), np.full((8, 3), 100.0)
+    edge = LeadingEdge.find(bound, 0)
+    q, slip = np.zeros((24, 2)), np.ones((8, 3, 2))
+    law = Law(motion, 1.0, edge.free, q, bound[edge.free][:, None], slip, sticking=True)
+    result = StripInverse(Strips.on_half_spaces(operator, motion), law, edge)(np.ones((24, 2)))
+    assert np.all(np.isfinite(result))
+    assert np.max(np.abs(result)) > 0
+
+
+def test_without_free_elements_there_is_nothing_to_invert():
+    grid = Grid(4, 3, 0.4, 0.5)
+    motion, bound = motion_of("shift", grid), np.zeros((4, 3))
+    edge = LeadingEdge.find(bound, 0)
+    law = Law(motion, 1.0, edge.free, np.zeros((0, 2)), np.zeros((0, 1)), np.zeros((4, 3, 2)))
+    inverse = StripInverse(Strips.on_half_spaces(on_half_spaces(grid), motion), law, edge)
+    assert inverse(np.zeros((0, 2))).shape == (0, 2)

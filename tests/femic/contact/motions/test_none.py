@@ -1,4 +1,4 @@
-"""Frictionless contact of two bodies: Hertz at small loads, ICs, estimates, extra gaps, lateral forces."""
+"""Frictionless contact of two bodies: Hertz at small loads, ICs, estimates, extra gaps, forces, angles."""
 
 from dataclasses import replace
 
@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from approx.pair import matrix
+from femic.contact.lateral_force import contact_at_lateral_force
 from femic.contact.loading import Loading
-from femic.contact.motions.none import solve_frictionless
+from femic.contact.motions.none import load_at_angle, solve_frictionless
 from femic.contact.pairs.ics import GivenICs
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.quantities import numbers
 from femic.contact.specification import extra_gap
-from geometries.errors import WrongInput
+from geometries.errors import Failure, WrongInput
 from geometries.patches import Grid, N
 from tests.femic.contact.pairs.problems import (
     RADIUS,
@@ -34,15 +35,8 @@ def contacts_of(of):
 def test_small_contacts_agree_with_hertz():
     numbers, errors = solved(problem(loads=(SMALL,), elements=40))
     expected = hertz().at_load(SMALL)
-    exact = {
-        "a": expected.a,
-        "b": expected.b,
-        "p_max": expected.p_max,
-        "approach": expected.approach,
-        "stiffness": expected.stiffness,
-        "load": SMALL,
-    }
-    for name, value in exact.items():
+    for name in ("a", "b", "p_max", "approach", "stiffness", "load"):
+        value = getattr(expected, name)
         assert numbers[name] == pytest.approx(value, abs=errors[name] + 2e-4 * value), name
         assert errors[name] < 0.03 * value
 
@@ -76,28 +70,27 @@ def test_the_exact_distance_agrees_where_the_approach_is_small_beside_the_radii(
     assert difference(20.0) < 2e-3 < difference(2e4)
 
 
+def by_distances(**keys):
+    """A conforming contact with the linear and the exact distance."""
+    return [contacts_of(problem(10.2, loads=(2e4,), gap=gap, **keys))["Bhat"] for gap in ("linear", "exact")]
+
+
 def test_problems_with_the_exact_distance_are_solved_with_it():
-    linear, exact = (contacts_of(problem(10.2, loads=(2e4,), gap=gap))["Bhat"] for gap in ("linear", "exact"))
+    linear, exact = by_distances()
     assert exact.normal.approach == pytest.approx(linear.displaced.normal.approach, rel=1e-4)
     assert exact.displaced is None
+    assert np.isfinite(linear.estimated_errors()["p_max"])
+    assert np.isnan(replace(linear, displaced=None).estimated_errors()["p_max"])
 
 
 def test_estimates_contain_what_the_linearised_distance_does():
     """p_max and the width of a conforming contact by the exact distance, on elements too small to matter."""
-    linear, exact = (
-        contacts_of(problem(10.2, loads=(2e4,), elements=40, gap=gap))["Bhat"] for gap in ("linear", "exact")
-    )
+    linear, exact = by_distances(elements=40)
     known, of_elements = linear.estimated_errors(), exact.estimated_errors()
     (by_linear, by_exact) = (numbers(each.on_grid, each.normal) for each in (linear, exact))
     for name in ("p_max", "b", "angle"):
         away = abs(by_linear[name] - by_exact[name])
         assert of_elements[name] < away <= known[name] < 3 * away, name
-
-
-def test_without_the_exact_distance_errors_are_not_known():
-    linear = contacts_of(problem(10.2, loads=(2e3,)))["Bhat"]
-    assert np.isnan(replace(linear, displaced=None).estimated_errors()["p_max"])
-    assert np.isfinite(linear.estimated_errors()["p_max"])
 
 
 def test_given_ics_are_solved_on_their_grid_with_their_errors():
@@ -167,27 +160,12 @@ def test_a_hollow_in_the_middle_leaves_two_patches():
     assert contact.normal.load == pytest.approx(20.0)
 
 
-@pytest.mark.parametrize("columns", [2, 3])
-def test_profile_gap_is_the_same_at_all_x(columns):
-    """A profile that was measured at one x, the natural case: as if it were given far away on both sides."""
-    s = np.linspace(-9.0, 9.0, 7)
-    profile, far = np.column_stack([s, 1e-4 * s**2]), 50.0
-    both = np.concatenate([np.column_stack([np.full(7, x), profile]) for x in (-far, far)])
-    given = profile if columns == 2 else np.column_stack([np.zeros(7), profile])
-    alone, between = (with_gap(points).normal for points in (given, both))
-    np.testing.assert_allclose(alone.p, between.p, atol=1e-6 * between.p.max())
-
-
-def test_bodies_that_are_not_opposite_on_the_grid_are_refused():
+def test_bodies_that_are_not_opposite_or_do_not_touch_on_the_grid_are_refused():
     of = problem(loads=(1.0,), ics=("A",))
     beside_the_wheel = replace(pair_on_grid(of, Grid(8, 8, 0.1, 0.1)), grid=Grid(2, 8, 5 * ROLLING, 0.1))
-    with pytest.raises(
-        WrongInput, match=r"contact at 1 N: at a shift of 0 mm no part .* on s = -0\.4 \.\.\. 0\.4"
-    ):
+    message = r"contact at 1 N: at a shift of 0 mm no part .* on s = -0\.4 \.\.\. 0\.4"
+    with pytest.raises(WrongInput, match=message):
         beside_the_wheel.solve_in_place(beside_the_wheel.operator("A"), Loading(1.0))
-
-
-def test_bodies_that_do_not_touch_on_the_grid_are_refused():
     of = problem(approaches=(1e-5,), ics=("A",), grid=Grid(64, 32, 0.2, 0.2), shift=3.0)
     with pytest.raises(WrongInput, match=r"contact at 1e-05 mm: the bodies do not touch on s = "):
         solve_frictionless(of)
@@ -216,7 +194,58 @@ def test_position_at_a_lateral_force_is_independent_of_the_start():
         assert result["position"] == pytest.approx(0.04, rel=2e-2)
         assert result["p_max"] == pytest.approx(shifted["p_max"], rel=2e-3)
         assert 0 < errors["position"] < 0.1 * 0.04
-
-
-def test_shifted_body_returns_without_a_lateral_force():
     assert sideways(shift=0.04, lateral_force=0.0)[0]["position"] == pytest.approx(0.0, abs=1e-4)
+
+
+# ---- loads at angles: a law in closed form, angles that no load has, what is called how often
+
+
+def third_root(load):
+    """Degrees that go like the third root of a load [N], as those of small patches do: 10 at 1 kN."""
+    return load ** (1 / 3)
+
+
+@pytest.mark.parametrize("accuracy", [0.05, 1e-3, 1e-9])
+def test_a_load_is_the_third_power_of_its_angle(accuracy):
+    """No contact is solved twice, those at the ends neither."""
+    solved = []
+
+    def angle(load):
+        solved.append(load)
+        return third_root(load)
+
+    load = load_at_angle(angle, 23.0, (1e2, 1e6), accuracy)
+    assert load == pytest.approx(23.0**3, rel=1.01 * accuracy)
+    assert len(solved) == len(set(np.round(np.log(solved), 12)))
+
+
+@pytest.mark.parametrize("end", [1e3, 1e6])
+def test_the_angle_at_an_end_has_its_load(end):
+    assert load_at_angle(third_root, third_root(end), (1e3, 1e6), 1e-3) == pytest.approx(end, rel=1e-12)
+
+
+@pytest.mark.parametrize(("degrees", "loads"), [(5.0, (1e3, 1e6)), (120.0, (1e3, 1e6)), (11.0, (1e3, 1e3))])
+def test_an_angle_that_no_load_has_is_a_failure_with_both_ends(degrees, loads):
+    angles = [f"{third_root(load):.3g} under {load:.3g} N" for load in loads]
+    with pytest.raises(Failure, match=f"the patch turns by {degrees:g} degrees") as failure:
+        load_at_angle(third_root, degrees, loads, 1e-3)
+    assert all(angle in str(failure.value) for angle in angles)
+    assert "give an angle between" in str(failure.value)
+
+
+# ---- the lateral position that a force asks for
+
+
+@pytest.mark.parametrize(("force", "position"), [(-12.0, 3.0), (4.0, -1.0), (0.0, 0.0), (-8.0, 2.0)])
+def test_the_position_of_a_spring_is_found_with_its_stiffness(force, position):
+    contact, found, stiffness = contact_at_lateral_force(
+        lambda y: (-4.0 * y, f"at {y:.6f}"), force, start=2.0, step=0.1, accuracy=1e-9
+    )
+    assert found == pytest.approx(position, abs=1e-8)
+    assert contact == f"at {found:.6f}"
+    assert stiffness == pytest.approx(4.0)
+
+
+def test_a_force_that_is_not_reached_is_an_error_with_the_positions_tried():
+    with pytest.raises(Failure, match=r"not reached with the upper body between -\d.* give a `shift`"):
+        contact_at_lateral_force(lambda y: (1.0 / (1.0 + y * y), y), 3.0, start=0.5, step=1e-6, accuracy=1e-9)

@@ -71,11 +71,6 @@ def test_unknown_motions_are_refused():
         find_motion(sliding)
 
 
-def test_every_number_of_a_motion_has_a_function():
-    for motion in MOTIONS.values():
-        assert all(quantity.evaluate for quantity in motion.quantities.values())
-
-
 def test_rolling_needs_no_scene():
     """At large creepages all of a small contact slides: forces are friction times load."""
     friction = FrictionSpecification((0.3,), (-4e-3, 0.0, 4e-3), equal_force=0.3)

@@ -24,6 +24,7 @@ from femic.contact.specification import FrictionSpecification
 from geometries.errors import Failure, WrongInput
 from geometries.patches import Grid
 from tests.femic.contact.pairs.problems import problem
+from tests.femic.contact.problems import Products
 
 LOAD = 2000.0
 GRID = Grid(24, 24, 0.6, 0.13)
@@ -45,6 +46,10 @@ def test_distances_are_steps_of_an_element_up_to_a_multiple_of_four(solved):
     assert solved.F_x.shape == solved.estimate_F_x.shape == solved.simplified.shape == (9,)
     assert rolled_distance(pair(distance=4.8)) == pytest.approx(4.8)
     assert rolled_distance(pair(distance=4.81)) == pytest.approx(7.2)
+    with pytest.raises(
+        WrongInput, match=r"contact\.distance = 1e\+06 mm: more than 4000 elements of 0\.6 mm"
+    ):
+        rolled_distance(pair(distance=1e6))
 
 
 def test_by_default_three_lengths_of_the_patch_are_rolled():
@@ -55,50 +60,30 @@ def test_by_default_three_lengths_of_the_patch_are_rolled():
     assert 0 <= rolled < GROUP * GRID.dx
 
 
-def test_too_many_steps_are_refused():
-    with pytest.raises(
-        WrongInput, match=r"contact\.distance = 1e\+06 mm: more than 4000 elements of 0\.6 mm"
-    ):
-        rolled_distance(pair(distance=1e6))
-
-
-def test_a_long_transient_ends_at_the_steady_numbers():
+def test_a_long_transient_from_rest_ends_at_the_steady_numbers():
     path = solve_path(pair(distance=20.0), pair().frictional(pair().operator("Bhat"), 0.3), "long")
     assert path.steady is not None
     for name, steady in path.steady.numbers.items():
         assert path.steps[-1].numbers[name] == pytest.approx(steady, rel=1e-4, abs=1e-4 * 0.3 * LOAD)
+    assert path.steps[0].numbers["F_x"] == pytest.approx(0.0, abs=1e-5 * LOAD)
+    assert path.steps[1].numbers["F_x"] > 0.05 * 0.3 * LOAD
     assert path.steps[2].numbers["F_x"] < 0.9 * path.steady.numbers["F_x"]
-
-
-def test_forces_grow_from_rest(solved):
-    rest, first = solved.isel(distance=0), solved.isel(distance=1)
-    assert float(rest.F_x) == pytest.approx(0.0, abs=1e-5 * LOAD)
-    assert rest.sliding_share == rest.dissipation == 0.0
-    assert first.F_x > 0.05 * 0.3 * LOAD
 
 
 def test_creepages_of_the_specification_are_used():
     """A driven wheel is pushed on; lateral slip is resisted, and so is spin."""
-    driven, braked, aside, turned = (
-        last_numbers(**creepages)
-        for creepages in (
-            {"creepage": 2e-3},
-            {"creepage": -2e-3},
-            {"creepage": 0.0, "lateral": 2e-3},
-            {"creepage": 0.0, "spin": 2e-3},
-        )
-    )
+
+    def last(**creepages):
+        of = pair(distance=2.4, **creepages)
+        place, numbers = solve_last_distance(of, of.frictional(of.operator("A"), 0.3), "A")
+        assert place == pytest.approx(2.4)
+        return numbers
+
+    driven, braked = last(creepage=2e-3), last(creepage=-2e-3)
     assert driven["F_x"] > 0.5 * 0.3 * LOAD > -0.5 * 0.3 * LOAD > braked["F_x"]
-    assert aside["F_y"] < -0.5 * 0.3 * LOAD
+    assert last(creepage=0.0, lateral=2e-3)["F_y"] < -0.5 * 0.3 * LOAD
     assert abs(driven["F_y"]) < 1e-4 * LOAD
-    assert turned["M_z"] < -10 * abs(driven["M_z"])
-
-
-def last_numbers(**creepages):
-    of = pair(distance=2.4, **creepages)
-    place, numbers = solve_last_distance(of, of.frictional(of.operator("A"), 0.3), "A")
-    assert place == pytest.approx(2.4)
-    return numbers
+    assert last(creepage=0.0, spin=2e-3)["M_z"] < -10 * abs(driven["M_z"])
 
 
 def test_numbers_on_larger_elements_are_interpolated_between_steps():
@@ -121,7 +106,7 @@ def test_estimates_hold_against_elements_half_as_large(solved):
 def test_errors_with_c_include_the_change_by_its_estimate(monkeypatch, solved):
     """Of compliances that may be a tenth larger, as the approach of Hertz at a load."""
     of = pair(distance=4.7)
-    reference = SimpleNamespace(operator=of.operator("Bhat"), perturbed=Scaled(of.operator("Bhat"), 1.1))
+    reference = SimpleNamespace(operator=of.operator("Bhat"), perturbed=Products(of.operator("Bhat"), 1.1))
     monkeypatch.setattr(
         "femic.contact.pairs.pair_with_friction.full_reference_ics", lambda *_, **__: reference
     )
@@ -134,25 +119,9 @@ def test_errors_with_c_include_the_change_by_its_estimate(monkeypatch, solved):
     assert with_c.estimate_steady_approach > solved.estimate_steady_approach
 
 
-class Scaled:
-    """ICs times a factor."""
-
-    def __init__(self, operator, factor):
-        self.operator, self.factor = operator, factor
-
-    def __call__(self, p):
-        return self.factor * self.operator(p)
-
-    def restricted(self, directions):
-        return Scaled(self.operator.restricted(directions), self.factor)
-
-    def coarsened(self):
-        return Scaled(self.operator.coarsened(), self.factor)
-
-
 def test_failures_name_the_label_and_the_distance(monkeypatch):
     def failing(self, creepages, *_):
-        yield RollingProblem(self.problem, self.rolling, self.order).contact(creepages, Loading(LOAD))
+        yield self.contact(creepages, Loading(LOAD))
         raise Failure("no solution")
 
     monkeypatch.setattr(RollingProblem, "transient", failing)
@@ -161,21 +130,25 @@ def test_failures_name_the_label_and_the_distance(monkeypatch):
         solve_path(of, of.frictional(of.operator("A"), 0.3), "mine")
 
 
-@pytest.mark.parametrize("raised", [Failure("no"), PotentialAreaTooSmall(("x < 0",), Loading(LOAD))])
-def test_missing_steady_rolling_leaves_its_numbers_unknown_and_short_grids_raise(raised, monkeypatch):
+def raising(failure):
     def failing(*_, **__):
-        raise raised
+        raise failure
 
-    monkeypatch.setattr(RollingProblem, "contact", failing)
-    of = pair(distance=2.4)
-    if isinstance(raised, PotentialAreaTooSmall):
-        with pytest.raises(PotentialAreaTooSmall):
-            solve_transient(of, 0.3, "A")
-        return
-    result = solve_transient(of, 0.3, "A")
+    return failing
+
+
+def test_missing_steady_rolling_leaves_its_numbers_unknown(monkeypatch):
+    monkeypatch.setattr(RollingProblem, "contact", raising(Failure("no")))
+    result = solve_transient(pair(distance=2.4), 0.3, "A")
     assert np.isnan(result.steady_F_x)
     assert np.isnan(result.estimate_steady_F_x)
     assert result.estimate_F_x[2] > 0
+
+
+def test_short_grids_raise(monkeypatch):
+    monkeypatch.setattr(RollingProblem, "contact", raising(PotentialAreaTooSmall(("x < 0",), Loading(LOAD))))
+    with pytest.raises(PotentialAreaTooSmall):
+        solve_transient(pair(distance=2.4), 0.3, "A")
 
 
 def test_errors_are_unknown_where_larger_elements_have_no_solution(monkeypatch):

@@ -7,16 +7,22 @@ from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.motions.none import solve_frictionless
 from femic.contact.operators.dense import Asymmetry, GridOperator
 from femic.contact.pairs.ics import ReferenceICs
+from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.quantities import numbers
 from femic.contact.specification import APPROACH_SHARE, ContactProblem, ContactSpecification
 from femic.reference.engines import HARMONIC
 from femic.reference.harmonic.request import FAR_RADIUS
 from femic.reference.job import Settings
+from femic.shifts.sides import Place, bodies_at, contact_problem
+from femic.shifts.specification import ContactTable
 from geometries.bodies import Body, Domain
 from geometries.contours import arc
 from geometries.materials import Material
 from geometries.patches import Grid, N
 from geometries.surfaces import LOWER, UPPER
+from geometries.track.wheelset import settle
+from tests.femic.shifts.test_shift_contact import RAIL
+from tests.femic.shifts.test_shift_contact import WHEEL as WHEEL_STEEL
 
 RADIUS, WHEEL, ROLLING = 10.0, 14.0, 400.0  # mm: arcs of rail and wheel, rolling radius
 FLANKS = 60.0  # deg
@@ -53,6 +59,13 @@ def hertz(of=None):
     bodies = (of or problem()).bodies
     modulus = combined_modulus(bodies["upper"].material, bodies["lower"].material)
     return PointContact(1 / ROLLING, 1 / RADIUS - 1 / WHEEL, modulus)
+
+
+def wheel_on_rail(layout, load=9e4, shift=0.0, rail=RAIL, wheel=WHEEL_STEEL):
+    """Rail and left wheel of a wheelset on its track, on any grid, and the roll."""
+    where = Place(layout, settle(layout, shift, roll="about rails"), "left")
+    of = contact_problem(bodies_at(where, rail, wheel), ContactTable(load=load, ics=("A",)))
+    return pair_on_grid(of, of.grid), where.roll
 
 
 def like_bhat(*factors):

@@ -1,6 +1,7 @@
 """Several areas under one approach: one is one grid, two are one grid cut in two, distances are exact."""
 
 from dataclasses import replace
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -17,52 +18,50 @@ from femic.contact.pairs import pair_on_grid as pair_on_grid_module
 from femic.contact.pairs.area_grids import find_patches, overlaps, refined_grids, unresolved
 from femic.contact.pairs.areas import NO_COUPLING, Areas, AreaTooSmall, coupling
 from femic.contact.pairs.grids import Sizing
-from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.quantities import measured
 from femic.contact.patch import MARGIN
-from femic.shifts.sides import Place, bodies_at, contact_problem, lay_out_wheelset
-from femic.shifts.specification import ContactTable, load_shifts
+from femic.shifts.sides import lay_out_wheelset
+from femic.shifts.specification import load_shifts
 from geometries.errors import Failure
 from geometries.materials import Material
 from geometries.patches import Grid
-from geometries.track.wheelset import settle
+from tests.femic.contact.pairs.problems import wheel_on_rail
 from tests.femic.shifts.layouts import R_R, R_W, arcs_on_arcs
-from tests.femic.shifts.test_shift_contact import RAIL, WHEEL, bumpy
+from tests.femic.shifts.test_shift_contact import RAIL, bumpy
 
 LOAD = 9e4
 
 
-def wheel_on_rail(layout, load=LOAD, shift=0.0):
-    """Rail and left wheel on any grid, and the roll."""
-    where = Place(layout, settle(layout, shift, roll="about rails"), "left")
-    problem = contact_problem(bodies_at(where, RAIL, WHEEL), ContactTable(load=load, ics=("A",)))
-    return pair_on_grid(problem, problem.grid), where.roll
+@cache
+def on_arcs(load=LOAD, shift=0.0):
+    return wheel_on_rail(arcs_on_arcs("arcs"), load, shift)
 
 
-@pytest.fixture(scope="module")
+@cache
 def bumps():
     """A cylinder on two bumps 13 mm apart, of which the second one is 20 um lower: both carry."""
     return wheel_on_rail(bumpy(0.02))[0]
 
 
-def one_and_two(bodies, variant):
-    """A grid over both patches, with the gap between them, and the same grid cut in the middle of the gap."""
+@cache
+def one_and_two(variant):
+    """A contact on a grid over both patches, and on the same grid cut in the middle of the gap; the parts."""
     grid = Grid(24, 112, 1.54, 0.22, 6.5)
-    one = Areas.with_approximation(variant, bodies, [grid]).solve(LOAD)
+    one = Areas.with_approximation(variant, bumps(), [grid]).solve(LOAD)
     (left, right) = one.contacts[0].patches
     cut = 8 * round((left.s[1] + right.s[0]) / 16)  # so that both have coarser grids
     parts = [grid.strips[:cut], grid.strips[cut:]]
     halves = [Grid(24, len(strips), 1.54, 0.22, float(np.mean(strips))) for strips in parts]
-    return one, Areas.with_approximation(variant, bodies, halves), left, right
+    areas = Areas.with_approximation(variant, bumps(), halves)
+    return one, areas.solve(LOAD), areas
 
 
 @pytest.mark.parametrize("variant", ["A", "Bhat"])
-def test_two_areas_are_one_grid_cut_in_two(bumps, variant):
+def test_two_areas_are_one_grid_cut_in_two(variant):
     """Their coupling is that within the grid; without it the approach is 8 % too small."""
-    one, areas, left, right = one_and_two(bumps, variant)
-    two = areas.solve(LOAD)
+    one, two, areas = one_and_two(variant)
     whole = one.contacts[0]
-    for patch, part in zip((left, right), two.contacts, strict=True):
+    for patch, part in zip(whole.patches, two.contacts, strict=True):
         # both are on the same elements; nodes of the coupling and its point forces leave 1e-3 of it
         assert np.max(part.p) == pytest.approx(float(np.max(whole.p[patch.elements])), rel=2e-3)
         assert np.sum(part.p) == pytest.approx(float(np.sum(whole.p[patch.elements])), rel=1e-3)
@@ -71,9 +70,8 @@ def test_two_areas_are_one_grid_cut_in_two(bumps, variant):
     assert alone.approach < 0.95 * one.approach
 
 
-def test_all_areas_carry_the_load_together(bumps):
-    _, areas, _, _ = one_and_two(bumps, "Bhat")
-    contact = areas.solve(LOAD)
+def test_all_areas_carry_the_load_together():
+    _, contact, _ = one_and_two("Bhat")
     assert contact.force[2] == pytest.approx(LOAD, rel=1e-9)
     level, carried = contact, []
     while level is not None:
@@ -85,20 +83,20 @@ def test_all_areas_carry_the_load_together(bumps):
     assert contact.approach != pytest.approx(contact.coarser.approach, rel=1e-4)
 
 
-def test_the_coupling_is_symmetric(bumps):
+def test_the_coupling_is_symmetric():
     """By B, which is not reciprocal, it is averaged."""
     boxes = ((5.0, (-10.0, 0.0)), (4.0, (20.0, 35.0)))
     for variant in ("A", "B", "Bhat"):
-        between = coupling(variant, bumps.pair, boxes).between
+        between = coupling(variant, bumps().pair, boxes).between
         np.testing.assert_allclose(between[0, 1], between[1, 0].T, rtol=1e-12)
 
 
-def test_far_apart_the_coupling_is_that_of_point_forces(bumps):
+def test_far_apart_the_coupling_is_that_of_point_forces():
     """A: (1 - nu^2) / (pi E r) of each body."""
     grids = [Grid(8, 8, 0.2, 0.2, s) for s in (0.0, 60.0)]
     boxes = tuple((grid.n_x * grid.dx / 2, grid.extent) for grid in grids)
     p = [np.zeros((8, 8)), np.random.default_rng(3).uniform(0, 1, (8, 8))]
-    u = coupling("A", bumps.pair, boxes).displacements(grids, p)
+    u = coupling("A", bumps().pair, boxes).displacements(grids, p)
     steel = Material(RAIL.E, RAIL.nu)
     far = np.sum(p[1]) * grids[1].area / (np.pi * combined_modulus(steel, steel) * 60.0)
     np.testing.assert_allclose(u[0], far, rtol=0.03)  # elements are 58.6 to 61.4 mm apart
@@ -107,7 +105,7 @@ def test_far_apart_the_coupling_is_that_of_point_forces(bumps):
 
 def test_one_area_is_the_contact_with_the_exact_distance():
     """The fixed point of the distance of the displaced body, on one grid."""
-    bodies, _ = wheel_on_rail(arcs_on_arcs("arcs"), shift=3.0)
+    bodies, _ = on_arcs(shift=3.0)
     on_grid = replace(bodies, grid=Grid(32, 32, 0.9, 0.9))
     other = on_grid.solve(on_grid.operator("Bhat"), Loading(LOAD), exact=True).normal
     contact = Areas.with_approximation("Bhat", bodies, [on_grid.grid]).solve(LOAD)
@@ -116,7 +114,7 @@ def test_one_area_is_the_contact_with_the_exact_distance():
 
 
 def test_a_guess_of_the_approach_does_not_decide_the_contact():
-    bodies, roll = wheel_on_rail(arcs_on_arcs("arcs"), shift=3.0)
+    bodies, roll = on_arcs(shift=3.0)
     areas = Areas.with_approximation("A", bodies, [Grid(32, 32, 0.9, 0.9)], roll)
     one, other = areas.solve(LOAD), areas.solve(LOAD, 0.2)
     assert one.approach == pytest.approx(other.approach, rel=2e-6)
@@ -124,7 +122,7 @@ def test_a_guess_of_the_approach_does_not_decide_the_contact():
 
 def test_an_approach_along_another_direction_closes_the_distance_by_its_cosine():
     """zeta cos(delta - turn), to the first order, where both bodies have nearly one normal."""
-    bodies, _ = wheel_on_rail(arcs_on_arcs("arcs"))
+    bodies, _ = on_arcs()
     undeformed, turn, zeta = bodies.undeformed, 0.02, 1e-3
     s = np.linspace(-0.5, 0.5, 11)
     straight = undeformed.distance(0.0, s, zeta)
@@ -136,16 +134,16 @@ def test_an_approach_along_another_direction_closes_the_distance_by_its_cosine()
     np.testing.assert_allclose(straight - moved, closed, atol=5e-8)
 
 
-def test_a_patch_near_the_end_of_its_grid_is_said(bumps):
+def test_a_patch_near_the_end_of_its_grid_is_said():
     other = Grid(24, 24, 1.54, 0.22, 13.0)
-    areas = Areas.with_approximation("A", bumps, [Grid(24, 16, 1.54, 0.16), other])
+    areas = Areas.with_approximation("A", bumps(), [Grid(24, 16, 1.54, 0.16), other])
     with pytest.raises(AreaTooSmall, match="comes nearer") as raised:
         areas.solve(LOAD)
     assert raised.value.number == 0
     grids = area_grids.longer(areas, raised.value)
     assert grids[0].n_s > 16
     assert grids[1] == areas.grids[1]
-    near = Areas.with_approximation("A", bumps, [Grid(24, 16, 1.54, 0.16), replace(other, s=4.0)])
+    near = Areas.with_approximation("A", bumps(), [Grid(24, 16, 1.54, 0.16), replace(other, s=4.0)])
     with pytest.raises(Failure, match="grows into the grid of another"):
         area_grids.longer(near, raised.value)
 
@@ -155,7 +153,7 @@ def test_a_patch_near_the_end_of_its_grid_is_said(bumps):
 
 def test_overlaps_of_arcs_are_those_of_circles():
     """Two circles of radii R_r < R_w that touch, lowered by zeta: they cross at s = R_r theta."""
-    bodies, _ = wheel_on_rail(arcs_on_arcs("arcs"))
+    bodies, _ = on_arcs()
     zeta, apart = 0.05, R_W - R_R
     ((low, high),) = overlaps(bodies.undeformed, zeta, 0.0)
     touching = bodies.undeformed.lower.contour.inclination(0.0)
@@ -170,7 +168,7 @@ def test_overlaps_of_arcs_are_those_of_circles():
 
 @pytest.mark.parametrize("load", [1e3, LOAD])
 def test_patches_are_found_and_their_grids_fit_them(load):
-    bodies, roll = wheel_on_rail(arcs_on_arcs("arcs"), load, 2.0)
+    bodies, roll = on_arcs(load, 2.0)
     boxes, sought = find_patches(bodies, "Bhat", load, roll)
     (box,) = boxes
     assert box.share == pytest.approx(1)
@@ -239,7 +237,7 @@ def test_automatic_grids_of_one_contact_resolve_a_narrow_change_as_far_as_they_m
 
 def test_the_contact_of_hertz_is_resolved():
     """Distances that are parabolas have no change of curvature but that of circles."""
-    bodies, roll = wheel_on_rail(arcs_on_arcs("arcs"), 300.0, 1.0)
+    bodies, roll = on_arcs(300.0, 1.0)
     boxes, sought = find_patches(bodies, "A", 300.0, roll)
     grids = refined_grids(bodies, boxes, sought, 24)
     contact = Areas.with_approximation("A", bodies, grids, roll).solve(300.0, sought.approach)
@@ -251,7 +249,7 @@ def test_the_contact_of_hertz_is_resolved():
 
 def test_overlaps_end_where_contours_do_and_patches_there_are_refused():
     """What bodies do not reach is no contact; a patch that would go on beyond has no solution."""
-    bodies, _ = wheel_on_rail(arcs_on_arcs("arcs"))
+    bodies, _ = on_arcs()
     low, high = bodies.undeformed.s_range
     ((start, end),) = overlaps(bodies.undeformed, 30.0, 0.0)
     assert (start, end) == pytest.approx((low, high), abs=0.1)
@@ -261,7 +259,7 @@ def test_overlaps_end_where_contours_do_and_patches_there_are_refused():
 
 def test_areas_come_together_along_the_direction_of_their_load():
     """The exact distance closes, to the first order, by the cosine with which pressures carry the load."""
-    bodies, _ = wheel_on_rail(arcs_on_arcs("arcs"), shift=3.0)
+    bodies, _ = on_arcs(shift=3.0)
     areas, zeta = Areas.with_approximation("A", bodies, [Grid(8, 8, 0.01, 0.01)], roll=0.03), 1e-3
     (before,), (after,) = areas.distances_at(0.0), areas.distances_at(zeta)
     (problem,) = areas.levels.problems
@@ -295,7 +293,6 @@ def test_a_worn_wheel_has_one_patch_where_its_coarse_grids_would_meet():
     """At an approach that is sought, a second overlap lies close beside the first one."""
     file = load_shifts("s1002-on-60e1-worn")[2]
     layout = lay_out_wheelset(file)
-    where = Place(layout, settle(layout, 6.43, roll="about rails"), "left")
-    problem = contact_problem(bodies_at(where, file.rail, file.wheel), ContactTable(load=LOAD, ics=("A",)))
-    boxes, _ = find_patches(pair_on_grid(problem, problem.grid), "A", LOAD, where.roll)
+    bodies, roll = wheel_on_rail(layout, LOAD, 6.43, file.rail, file.wheel)
+    boxes, _ = find_patches(bodies, "A", LOAD, roll)
     assert sum(box.share for box in boxes) == pytest.approx(1)

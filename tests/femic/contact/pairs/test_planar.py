@@ -17,17 +17,14 @@ from femic.contact.pairs.planar import planar, solve_planar
 from femic.contact.pairs.quantities import numbers
 from femic.contact.specification import Profile
 from femic.contact.undeformed import Line
-from femic.shifts.sides import Place, bodies_at, contact_problem
-from femic.shifts.specification import ContactTable
 from geometries.bodies import Body
 from geometries.contours import Contour, arc
 from geometries.errors import WrongInput
 from geometries.materials import Material
 from geometries.patches import Grid, N
 from geometries.surfaces import LOWER, UPPER
-from geometries.track.wheelset import settle
-from tests.femic.contact.pairs.problems import DOMAIN, problem
-from tests.femic.shifts.test_shift_contact import RAIL, WHEEL, bumpy
+from tests.femic.contact.pairs.problems import DOMAIN, problem, wheel_on_rail
+from tests.femic.shifts.test_shift_contact import bumpy
 
 R_RAIL, R_ROLL = 60.0, 400.0  # mm
 SOFT, STEEL = Material(100e3, 0.25), Material(210e3, 0.3)
@@ -99,16 +96,14 @@ def test_the_plane_has_the_mean_inclination_of_the_overlap():
 
 def test_each_patch_has_a_plane_of_its_own():
     """Two bumps: each carries as if it were alone at the common approach; together they carry the load."""
-    own = bumpy(0.02)
-    where = Place(own, settle(own, 0.0, roll="about rails"), "left")
-    of = contact_problem(bodies_at(where, RAIL, WHEEL), ContactTable(load=9e4, ics=("A",)))
-    contact = solve_planar(pair(of), 9e4, roll=where.roll)
+    bodies, roll = wheel_on_rail(bumpy(0.02))
+    contact = solve_planar(bodies, 9e4, roll=roll)
     assert len(contact.patches) == 2
     one, other = (patch.normal_force for patch in contact.patches)
     assert one > other > 0
     assert one + other == pytest.approx(9e4, rel=1e-3)  # both planes are nearly level
     for patch in contact.patches:
-        alone = solve_planar(pair(of), 2 * patch.normal_force, roll=where.roll, about=contact.approach)
+        alone = solve_planar(bodies, 2 * patch.normal_force, roll=roll, about=contact.approach)
         nearest = min(alone.patches, key=lambda each: abs(each.plane.place - patch.plane.place))
         # with more load the plane turns a little; force and approach^(3/2) go together (line: nearly linear)
         exponent = np.log(nearest.normal_force / patch.normal_force) / np.log(

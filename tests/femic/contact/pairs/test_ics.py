@@ -1,4 +1,4 @@
-"""C of both bodies on a grid: pairing of strips, reciprocity, the approach, positivity, its estimate."""
+"""ICs of both bodies on a grid: C with its approach, positivity and estimate, and ICs that a caller gives."""
 
 from dataclasses import replace
 
@@ -15,6 +15,7 @@ from femic.contact.pairs.grids import make_sizing
 from femic.contact.pairs.ics import (
     ALL,
     BodyICs,
+    GivenICs,
     approximation,
     full_reference_ics,
     normal_reference_ics,
@@ -27,7 +28,7 @@ from femic.contact.pairs.ics import (
 from femic.contact.pairs.pair_on_grid import pair_on_grid, undeformed_surfaces
 from femic.reference.run_options import RunOptions
 from femic.scenes.load import load_scene
-from geometries.errors import Failure
+from geometries.errors import Failure, WrongInput
 from geometries.patches import Grid, N
 from tests.femic.contact.pairs.problems import problem
 
@@ -112,10 +113,7 @@ def test_c_is_perturbed_by_the_estimates_of_both_bodies(monkeypatch):
     estimates = {name: 0.01 * random.random(size.shape) * np.max(size) for name in ("lower", "upper")}
     made = {name: BodyICs(size / 2) for name in estimates}, sum(estimates.values())
     monkeypatch.setattr("femic.contact.pairs.ics.c_of_bodies", lambda *_: made)
-    c, p = (
-        full_reference_ics(of, on_grid, RunOptions(), wheel_rolls=True),
-        random.random((6, 4, 3)),
-    )
+    c, p = full_reference_ics(of, on_grid, RunOptions(), wheel_rolls=True), random.random((6, 4, 3))
     total = estimates["lower"] + estimates["upper"]
     np.testing.assert_allclose(
         c.perturbed(p) - c.operator(p), GridOperator.from_ics(total)(p), rtol=1e-6, atol=1e-12
@@ -125,23 +123,16 @@ def test_c_is_perturbed_by_the_estimates_of_both_bodies(monkeypatch):
 
 def test_c_nn_is_perturbed_by_its_estimate(monkeypatch):
     of, grid = problem(10.3), Grid(6, 4, 0.4, 0.5)
-    on_grid = pair_on_grid(of, grid)
-    nn = matrix("Bhat", of.pair, grid)[..., 2, 2]
-    estimate = 0.01 * nn
-    monkeypatch.setattr("femic.contact.pairs.ics.normal_ics", lambda *_: (nn, estimate))
-    c, p = (
-        normal_reference_ics(of, on_grid, RunOptions()),
-        np.random.default_rng(4).random((6, 4, 1)),
-    )
+    nn = matrix("Bhat", of.pair, grid)[..., N, N]
+    monkeypatch.setattr("femic.contact.pairs.ics.normal_ics", lambda *_: (nn, 0.01 * nn))
+    c = normal_reference_ics(of, pair_on_grid(of, grid), RunOptions())
+    p = np.random.default_rng(4).random((6, 4, 1))
     np.testing.assert_allclose(c.perturbed(p), 1.01 * c.operator(p))
     assert c.estimate == pytest.approx(0.01)
 
 
 def test_only_rolling_wheels_get_the_ics_of_rolling():
-    of = problem(10.3)
-    grid = Grid(6, 4, 0.2, 0.2)
-    on_grid = pair_on_grid(of, grid)
-    random = np.random.default_rng(0)
+    on_grid, random = pair_on_grid(problem(10.3), Grid(6, 4, 0.2, 0.2)), np.random.default_rng(0)
     ics = {name: BodyICs(random.standard_normal((6, 4, 4, 3, 3))) for name in ("lower", "upper")}
     rolled, pressed = (sum_of_bodies(on_grid, ics, wheel_rolls=rolls) for rolls in (True, False))
     np.testing.assert_array_equal(rolled[..., 1:, :], pressed[..., 1:, :])
@@ -152,9 +143,8 @@ def test_only_rolling_wheels_get_the_ics_of_rolling():
 @pytest.mark.slow  # two models by finite elements
 def test_c_of_planes_moves_as_half_spaces_do():
     """All nine components; coarse cells."""
-    of = load_scene(
-        "flat", {"engine": {"tolerance": 0.3}, "contact": {"motion": "compression", "loads": [1.0]}}
-    )
+    contact = {"motion": "compression", "loads": [1.0]}
+    of = load_scene("flat", {"engine": {"tolerance": 0.3}, "contact": contact})
     on_grid = pair_on_grid(of.contact_problem, Grid(6, 4, 0.4, 0.6))
     c = full_reference_ics(of.contact_problem, on_grid, RunOptions(), wheel_rolls=False)
     p = np.random.default_rng(0).random((6, 4, 3))
@@ -176,18 +166,17 @@ def test_reciprocal_ics_are_reciprocal_and_already_reciprocal_ones_unchanged():
 
 def test_subtracted_approach_is_vertical_without_rotation():
     """Along z at any lag, per vertical traction, the sum of the bodies'; of rolling, too."""
-    of, grid = problem(10.3), Grid(6, 4, 0.2, 0.9, 1.1)
-    on_grid, random = pair_on_grid(of, grid), np.random.default_rng(0)
-    ics = {name: random.standard_normal((6, 4, 4, 3, 3)) for name in ("lower", "upper")}
-    approaches = {"lower": 3.0, "upper": -2.5}
-    taken = sum_of_bodies(on_grid, {name: BodyICs(of_body) for name, of_body in ics.items()})
-    taken -= sum_of_bodies(
-        on_grid, {name: BodyICs(of_body, approaches[name]) for name, of_body in ics.items()}
+    on_grid = pair_on_grid(problem(10.3), Grid(6, 4, 0.2, 0.9, 1.1))
+    ics = np.random.default_rng(0).standard_normal((2, 6, 4, 4, 3, 3))
+    without, subtracted = (
+        sum_of_bodies(on_grid, {"lower": BodyICs(ics[0], lower), "upper": BodyICs(ics[1], upper)})
+        for lower, upper in ((0.0, 0.0), (3.0, -2.5))
     )
-    delta = grid.strips / 10.0
+    delta = on_grid.grid.strips / 10.0
     along_z = np.stack([0 * delta, -np.sin(delta), np.cos(delta)], axis=-1)
     expected = 0.5 * np.einsum("ai,bj->abij", along_z, along_z)
-    np.testing.assert_allclose(taken, np.broadcast_to(expected, taken.shape), atol=1e-12)
+    difference = without - subtracted
+    np.testing.assert_allclose(difference, np.broadcast_to(expected, difference.shape), atol=1e-12)
 
 
 class Body:
@@ -203,29 +192,24 @@ class Body:
         return self.m_zz * (2.0 if variation else 1.0)
 
 
-def test_the_approach_of_a_pair_is_read_along_the_lower_normals():
-    """Of bodies that incline differently, M_zz large and of opposite signs: their sum counts, and no more."""
-    on_grid = pair_on_grid(problem(13.0, shift=0.05), Grid(4, 6, 0.5, 0.9, -0.7))
-    bodies, p = {"lower": Body(3.0), "upper": Body(-2.5)}, np.random.default_rng(0).random((4, 6, 1))
-    load = np.sum(p[..., 0] * np.cos(on_grid.grid.strips / 10.0)) * on_grid.grid.area
-    result = pair_operator(bodies, on_grid, (N,))(p)
-    expected = -0.5 * load * np.cos(on_grid.grid.strips / 10.0)
-    np.testing.assert_allclose(result[..., 0], np.broadcast_to(expected, (4, 6)), rtol=1e-9)
-    nearer = pair_operator(bodies, on_grid, (N,), variation="nearer")(p)
-    np.testing.assert_allclose(nearer, 2 * result, rtol=1e-9)
+@pytest.mark.parametrize("directions", [(N,), ALL])
+@pytest.mark.parametrize("raw", [0.0, 0.1])
+def test_the_approach_of_a_pair_is_read_along_the_lower_normals(raw, directions):
+    """Of bodies that incline differently, M_zz large and of opposite signs: their sum counts, and no more.
 
-
-def test_c_with_other_supports_has_their_responses_and_their_approach():
+    With other supports it is theirs, and so are the responses.
+    """
     on_grid = pair_on_grid(problem(13.0, shift=0.05), Grid(4, 6, 0.5, 0.9, -0.7))
-    bodies = {"lower": Body(3.0, 0.1), "upper": Body(-2.5, 0.1)}
-    result, nearer = (pair_operator(bodies, on_grid, ALL, variation=name) for name in ("", "nearer"))
-    ones = np.zeros((4, 6, 3))
-    ones[..., 2] = 1.0
-    weight = 4 * np.cos(on_grid.grid.strips / 10.0).sum() * on_grid.grid.area
-    along_z = np.cos(on_grid.grid.strips / 10.0)
-    np.testing.assert_allclose(result(ones)[0, :, 2], -0.5 * weight * along_z, rtol=1e-9)
-    raw = 2 * 0.1 * 4 * 6 * on_grid.grid.area
-    np.testing.assert_allclose(nearer(ones)[0, :, 2], raw - 1.0 * weight * along_z, rtol=1e-9)
+    bodies, p = {"lower": Body(3.0, raw), "upper": Body(-2.5, raw)}, np.zeros((4, 6, 3))
+    p[..., N] = np.random.default_rng(0).random((4, 6))
+    along_z, forces = np.cos(on_grid.grid.strips / 10.0), p[..., N] * on_grid.grid.area
+    expected = np.broadcast_to(-0.5 * np.sum(forces * along_z) * along_z, (4, 6))
+    result, nearer = (
+        pair_operator(bodies, on_grid, directions, variation=name)(p[..., directions])[..., -1]
+        for name in ("", "nearer")
+    )
+    np.testing.assert_allclose(result, expected, rtol=1e-9)
+    np.testing.assert_allclose(nearer, 2 * raw * np.sum(forces) + 2 * expected, rtol=1e-9)
 
 
 @pytest.mark.slow  # two models by finite elements
@@ -264,3 +248,37 @@ def test_choice_of_the_rigid_part_changes_the_approach_and_no_pressure():
     approach, none = result["approach"], result["none"]
     np.testing.assert_allclose(approach.p, none.p, atol=3e-4 * none.p.max())  # models of their own
     assert abs(approach.approach / none.approach - 1) > 1e-3
+
+
+# ---- ICs that the caller gives: nn of them, operators with and without their errors
+
+GIVEN_ON = Grid(6, 5, 0.5, 0.3)
+
+
+@pytest.fixture(scope="module")
+def full():
+    """B-hat of a pair in all directions, with errors of a tenth of each entry."""
+    ics = matrix("Bhat", problem(10.2).pair, GIVEN_ON)
+    return GivenICs(GIVEN_ON, ics, 0.1 * np.abs(ics))
+
+
+def test_contact_without_friction_takes_nn(full):
+    on_grid = pair_on_grid(problem(10.2), GIVEN_ON)
+    alone = GivenICs(GIVEN_ON, full.ics[..., 2, 2], full.estimate[..., 2, 2])
+    for of_all, of_nn in zip(full.at(on_grid), alone.at(on_grid), strict=True):
+        np.testing.assert_array_equal(of_all, of_nn)
+
+
+def test_operators_act_as_the_ics_and_as_the_ics_with_their_errors(full):
+    """A unit traction on one element displaces itself by the IC at lag 0 of its strip."""
+    tractions = np.zeros((GIVEN_ON.n_x, GIVEN_ON.n_s, 3))
+    tractions[2, 1] = 1.0, 2.0, 3.0
+    for operator, ics in ((full.operator, full.ics), (full.perturbed, full.ics + full.estimate)):
+        np.testing.assert_allclose(operator(tractions)[2, 1], ics[0, 1, 1] @ [1, 2, 3], rtol=1e-12)
+    assert GivenICs(GIVEN_ON, full.ics).perturbed is None
+
+
+def test_ics_of_nn_alone_are_refused_with_friction(full):
+    nn = GivenICs(GIVEN_ON, full.ics[..., 2, 2])
+    with pytest.raises(WrongInput, match=r"ICs of shape \(6, 5, 5\): .*\(n_x, n_s, n_s, 3, 3\)"):
+        _ = nn.operator

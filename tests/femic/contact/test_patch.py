@@ -1,9 +1,25 @@
-"""Edges of patches whose gaps are known beyond them."""
+"""Patches: edges whose gaps are known beyond them, boxes of elements, and forces and moments."""
 
 import numpy as np
 import pytest
 
-from femic.contact.patch import ACCURACY, ALONE, BESIDE, ENDS, MARGIN, extents, near_ends
+from femic.contact.patch import (
+    ACCURACY,
+    ALONE,
+    BESIDE,
+    ENDS,
+    MARGIN,
+    ROOM,
+    STEP,
+    Box,
+    centre_of_pressure,
+    extents,
+    near_ends,
+    resultant,
+)
+from geometries.contours import arc, ellipse
+
+# ---- edges
 
 
 def flat_ended(low, high, n, power=1.5):
@@ -13,24 +29,17 @@ def flat_ended(low, high, n, power=1.5):
     return beyond == 0, 0.03 * beyond**power
 
 
+@pytest.mark.parametrize("scale", [1e-12, 1.0, 1e6])
 @pytest.mark.parametrize("low", [5.0, 5.1, 5.5, 5.999])
 @pytest.mark.parametrize("high", [11.0, 11.3, 11.9])
-def test_edges_are_exact_where_gaps_grow_as_distance_to_three_halves(low, high):
+def test_edges_are_exact_where_gaps_of_any_size_grow_as_distance_to_three_halves(low, high, scale):
     """A rectangle: on the lines beside its corners nothing else touches."""
     contact_x, gap_x = flat_ended(low, high, 17)
     contact_s, gap_s = flat_ended(3.4, 20.25, 26)
-    (extent,) = extents(np.outer(contact_x, contact_s), gap_x[:, None] + gap_s)
+    (extent,) = extents(np.outer(contact_x, contact_s), scale * (gap_x[:, None] + gap_s))
     assert extent.x == pytest.approx((low, high), abs=1e-12)
     assert extent.s == pytest.approx((3.4, 20.25), abs=1e-12)
     np.testing.assert_array_equal(extent.elements, np.outer(contact_x, contact_s))
-
-
-def test_edges_are_exact_for_any_size_of_the_gaps():
-    contact_x, gap_x = flat_ended(4.2, 9.7, 15)
-    contact_s, gap_s = flat_ended(3.1, 6.6, 11)
-    for scale in (1e-12, 1e6):
-        (extent,) = extents(np.outer(contact_x, contact_s), scale * (gap_x[:, None] + gap_s))
-        assert extent.x == pytest.approx((4.2, 9.7), abs=1e-10)
 
 
 def test_a_patch_is_as_long_as_its_longest_lines():
@@ -76,14 +85,11 @@ def test_a_patch_is_at_least_half_as_long_as_its_elements(n):
     assert extent.accuracy_x >= 0.25 * (n == 1)
 
 
-def test_patches_are_listed_from_left_to_right():
+def test_patches_are_sorted_along_s_and_not_along_x():
     ranges = [(40.3, 52.8), (4.4, 12.1), (22.6, 29.0)]
     result = extents(*separate(*ranges))
     assert [extent.s for extent in result] == [pytest.approx(each, abs=1e-10) for each in sorted(ranges)]
     assert sum(extent.elements for extent in result).max() == 1
-
-
-def test_patches_are_sorted_along_s_and_not_along_x():
     contact = np.zeros((20, 30), dtype=bool)
     contact[4:6, 20:23] = contact[12:15, 5:9] = True
     first, second = extents(contact, np.where(contact, 0.0, 1.0))
@@ -134,12 +140,9 @@ def test_margin_of_three_elements_is_required_at_each_end(end, axis, far, room):
     strip[axis] = slice(10, n - room) if far else slice(room, 10)
     contact[tuple(strip)] = True
     assert near_ends(contact) == ((ENDS[end],) if room < MARGIN else ())
-
-
-def test_all_near_ends_are_named_and_no_contact_has_none():
     assert near_ends(np.ones((9, 9), dtype=bool)) == ENDS
-    assert near_ends(np.zeros((9, 9), dtype=bool)) == ()
-    assert extents(np.zeros((9, 9), dtype=bool), np.ones((9, 9))) == []
+    nothing = np.zeros((9, 9), dtype=bool)
+    assert (near_ends(nothing), extents(nothing, np.ones((9, 9)))) == ((), [])
 
 
 def test_readings_from_gaps_alone_are_less_accurate_than_two_that_agree():
@@ -166,3 +169,103 @@ def test_an_edge_beside_another_patch_is_known_to_an_element():
     for extent in extents(contact * hertz, gap):
         assert extent.accuracy_s > BESIDE / 2  # the mean of both ends
         assert extent.accuracy_x == ALONE
+
+
+# ---- boxes: room around a contact, parts of fields, and when a contact is confined
+
+
+def touching(*places, shape=(40, 50)):
+    contact = np.zeros(shape, bool)
+    for place in places:
+        contact[place] = True
+    return contact
+
+
+def test_a_box_has_room_on_all_sides_and_ends_at_multiples_of_elements():
+    box = Box.around(touching((17, 21), (22, 20)))
+    assert box == Box((8, 32), (16, 32))
+    for (first, last), (low, high) in zip((box.x, box.s), ((17, 22), (20, 21)), strict=True):
+        assert low - first >= ROOM
+        assert last - 1 - high >= ROOM
+        assert first % STEP == last % STEP == 0
+
+
+@pytest.mark.parametrize("place", [(0, 0), (39, 49), (3, 47)])
+def test_a_box_ends_with_the_grid(place):
+    box = Box.around(touching(place))
+    assert 0 <= box.x[0] <= place[0] < box.x[1] <= 40
+    assert 0 <= box.s[0] <= place[1] < box.s[1] <= 50
+
+
+def test_values_of_a_box_are_put_back_where_they_were():
+    box, values = Box((3, 9), (2, 7)), np.random.default_rng(0).normal(size=(10, 9, 3))
+    part = box.crop(values)
+    assert part.shape == (6, 5, 3)
+    np.testing.assert_array_equal(part[2, 1], values[5, 3])
+    back = box.embed(part, values.shape)
+    np.testing.assert_array_equal(box.crop(back), part)
+    assert np.sum(np.abs(back)) == pytest.approx(np.sum(np.abs(part)))
+    assert box.embed(part[..., 0] > 0, values.shape[:2]).dtype == bool
+    np.testing.assert_array_equal(values[:, box.strips], values[:, 2:7])
+    assert Box.whole((4, 5, 3)) == Box((0, 4), (0, 5))
+    assert Box((4, 8), (2, 6)).coarsened == Box((2, 4), (1, 3))
+
+
+@pytest.mark.parametrize(
+    ("confined", "places"),
+    [
+        (True, [(10, 10), (17, 10), (12, 8), (12, 0), (12, 17)]),  # at s = 0 the grid ends, too
+        (False, [(9, 10), (18, 10), (12, 18), (30, 40)]),  # the last one is outside
+    ],
+)
+def test_a_contact_is_confined_with_a_margin_to_ends_that_are_not_the_grids(confined, places):
+    for place in places:
+        assert Box((8, 20), (0, 20)).confines(touching(place), 2) is confined, place
+
+
+# ---- forces and moments: one traction after the other, an arc's centre
+
+X_AT = np.array([-1.0, 0.5, 2.0])
+S_AT = np.array([-3.0, -1.0, 0.5, 4.0, 5.0])
+AREA = 0.7
+PRESSURES = [0.0, 0.0, 1.0]  # along n
+CONTOUR = ellipse(9.0, 14.0, 0.6, 1.0)
+
+
+@pytest.mark.parametrize("direction", range(3))
+@pytest.mark.parametrize("place", [(0, 3), (2, 1)])
+def test_one_traction_is_a_force_at_its_place(direction, place):
+    """r x f, with the local directions (1, 0, 0), (0, cos, -sin), (0, sin, cos) in global axes."""
+    tractions = np.zeros((3, 5, 3))
+    tractions[*place, direction] = 2.0
+    x, s = X_AT[place[0]], S_AT[place[1]]
+    sin, cos = np.sin(CONTOUR.inclination(s)), np.cos(CONTOUR.inclination(s))
+    axes = np.array([[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]])
+    total = resultant(tractions, CONTOUR, X_AT, S_AT, AREA)
+    np.testing.assert_allclose(total.force, 2.0 * AREA * axes[direction], atol=1e-14)
+    moment = np.cross([x, *CONTOUR.position(s)], 2.0 * AREA * axes[direction])
+    np.testing.assert_allclose(total.moment, moment, atol=1e-12)
+
+
+def test_pressures_on_an_arc_pass_through_its_centre():
+    """It is R below the contact centre: M_x = R F_y. M_z = 0 where pressures are even in x."""
+    x, s = np.array([-1.0, 1.0]), np.linspace(-4, 6, 11)
+    p = np.random.default_rng(1).uniform(0, 5, 11) * np.ones((2, 1))
+    total = resultant(p[..., None] * PRESSURES, arc(10.0, 0.9, 0.9), x, s, AREA)
+    assert total.moment[0] == pytest.approx(10.0 * total.force[1], rel=1e-12)
+    assert abs(total.force[1]) > 0.05 * total.force[2]
+    np.testing.assert_allclose(total.moment[1:], 0.0, atol=1e-10)
+    assert total.force[0] == 0.0
+
+
+def test_the_moment_about_z_has_the_part_of_pressures_on_inclined_places():
+    """Pressures that are odd in x have no force along z on a slope, but turn about z."""
+    p, x, s = np.array([[-1.0], [1.0]]), np.array([-2.0, 2.0]), np.array([5.0])
+    total = resultant(p[..., None] * PRESSURES, arc(10.0, 0.9, 0.9), x, s, AREA)
+    assert total.moment[2] == pytest.approx(4.0 * AREA * np.sin(0.5))
+    assert total.force[2] == pytest.approx(0.0, abs=1e-14)
+
+
+def test_centre_of_pressure_is_the_mean_arc_length():
+    p = np.array([[1.0, 0.0, 3.0], [1.0, 0.0, 0.0]])
+    assert centre_of_pressure(p, np.array([-1.0, 0.0, 4.0])) == pytest.approx(10 / 5)

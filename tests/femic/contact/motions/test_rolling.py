@@ -1,21 +1,25 @@
-"""Rolling with the distance of the displaced wheel: without friction, and where distances are linear."""
+"""Rolling of a pair: the distance of the displaced wheel, and the work of friction where little slides."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 
-from femic.contact.estimates import Measured
+from femic.contact.estimates import Measured, errors
+from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
 from femic.contact.motions import pair_in_motion
 from femic.contact.motions.compression import OF_COMPRESSION
 from femic.contact.motions.rolling import (
+    EDGE_SHARE,
     OF_CURVE,
     OF_ROLLING,
     Continuation,
     CreepForceCurve,
     displaced,
     displaced_numbers,
+    measured_rolling,
 )
 from femic.contact.pairs.grids import grids_of
 from femic.contact.pairs.ics import approximation
@@ -41,6 +45,23 @@ def path_of(friction, of=SCENE, grid=GRID):
     return Continuation(pair, pair.rolling(problem), "a path")
 
 
+def beside_the_crown(motion, shift, **keys):
+    """A scene with a wheel beside the crown, and the grid of its contact."""
+    keys = {"motion": motion, "loads": [5e4], "friction": [0.3], "ics": ["Bhat"], "shift": shift} | keys
+    of = scene(10.4, 500.0, elements=16, **keys)
+    return of, grids_of(of.contact_problem)[0][0]
+
+
+def check_part(on_grid, fine, exact, quantities, names):
+    """What linearisation does without friction tells what it does with it: no less, and not 8 times more."""
+    operator = approximation(on_grid, "Bhat")
+    part = Linearisation.measure(on_grid, operator, 5e4).part(fine, kinds(quantities))
+    for name in names:
+        away = abs(exact.numbers[name] - fine.numbers[name])
+        assert away <= 1.1 * part[name], name
+        assert part[name] <= 8 * away, name
+
+
 def test_zero_friction_gives_the_contact_with_the_exact_distance():
     """Pressures and approach, by the fixed point of contacts that know nothing of tangential tractions."""
     along = path_of(0.0)
@@ -64,50 +85,29 @@ def test_distance_is_evaluated_at_the_contacts_own_approach():
 
 
 @pytest.mark.parametrize(("shift", "xi"), [(0.03, 0.0), (0.03, 1e-3), (0.2, 0.0)])
-def test_what_linearisation_does_without_friction_tells_what_it_does_with_it(shift, xi):
-    """Forces, work and patch of a wheel beside the crown, rolling with the exact distance."""
-    of = scene(
-        10.4,
-        500.0,
-        motion="rolling",
-        loads=[5e4],
-        longitudinal=[-1e-3, 0.0, 1e-3],
-        friction=[0.3],
-        ics=["Bhat"],
-        shift=shift,
-        elements=16,
-    )
-    along = path_of(0.3, of, grids_of(of.contact_problem)[0][0])
+def test_what_linearisation_does_without_friction_tells_what_it_does_in_rolling(shift, xi):
+    """Forces, work and patch, with the exact distance."""
+    along = path_of(0.3, *beside_the_crown("rolling", shift, longitudinal=[-1e-3, 0.0, 1e-3]))
     linear = along.at(xi, None)
     fine, exact = along.measured(linear), along.measured(displaced(along, linear))
-    operator = approximation(along.pair.on_grid, "Bhat")
-    part = Linearisation.measure(along.pair.on_grid, operator, 5e4).part(fine, kinds(OF_ROLLING))
-    for name in ("F_x", "F_y", "M_x", "M_z", "dissipation", "p_max", "b", "angle"):
-        away = abs(exact.numbers[name] - fine.numbers[name])
-        assert away <= 1.1 * part[name], name
-        assert part[name] <= 8 * away, name
+    names = "F_x", "F_y", "M_x", "M_z", "dissipation", "p_max", "b", "angle"
+    check_part(along.pair.on_grid, fine, exact, OF_ROLLING, names)
 
 
 @pytest.mark.parametrize("shift", [0.03, 0.2])
 def test_what_linearisation_does_without_friction_tells_what_it_does_in_compression(shift):
-    """Pressed on beside the crown, with the distance at the last approach."""
-    of = scene(10.4, 500.0, motion="compression", loads=[5e4], friction=[0.3], shift=shift, elements=16)
-    pair = pair_in_motion(
-        of.contact_problem, pair_on_grid(of.contact_problem, grids_of(of.contact_problem)[0][0])
-    )
-    operator = approximation(pair.on_grid, "Bhat")
-    problem, loads = pair.frictional(operator, 0.3), [Loading(2.5e4), Loading(5e4)]
+    """With the distance at the last approach."""
+    of, grid = beside_the_crown("compression", shift)
+    pair = pair_in_motion(of.contact_problem, pair_on_grid(of.contact_problem, grid))
+    problem = pair.frictional(approximation(pair.on_grid, "Bhat"), 0.3)
+    loads = [Loading(2.5e4), Loading(5e4)]
     *_, linear = compressed(problem, loads)
     exact = linear
     for _ in range(2):
         distance = pair.on_grid.distance_at(exact.approach) + exact.approach * pair.on_grid.cosine
         *_, exact = compressed(replace(problem, distance=distance), loads)
     fine, other = (measured(pair.on_grid, each, OF_COMPRESSION) for each in (linear, exact))
-    part = Linearisation.measure(pair.on_grid, operator, 5e4).part(fine, kinds(OF_COMPRESSION))
-    for name in ("F_y", "M_x", "p_max", "b", "angle"):
-        away = abs(other.numbers[name] - fine.numbers[name])
-        assert away <= 1.1 * part[name], name
-        assert part[name] <= 8 * away, name
+    check_part(pair.on_grid, fine, other, OF_COMPRESSION, ("F_y", "M_x", "p_max", "b", "angle"))
 
 
 @pytest.mark.parametrize(
@@ -148,7 +148,8 @@ def test_displacement_on_a_plane_changes_nothing():
 
 def test_file_holds_the_changes_by_displacement():
     dataset = compute_with_friction(SCENE).isel(friction=0, ics=0)
-    along = path_of(0.3, grid=Grid(dataset.sizes["x"], dataset.sizes["s"], *steps(dataset)))
+    sizes = (float(np.diff(dataset[name])[0]) for name in ("x", "s"))
+    along = path_of(0.3, grid=Grid(dataset.sizes["x"], dataset.sizes["s"], *sizes))
     result = displaced(along, along.solve(0.0, None)).contact
     assert float(dataset.displaced_xi) == 0.0
     assert float(dataset.displaced_F_x) == pytest.approx(result.force[0], abs=1e-4 * 0.3 * LOAD)
@@ -170,5 +171,56 @@ def test_contacts_of_different_forms_are_not_compared(followers, monkeypatch):
     assert np.isnan(known["zero_creepage"]) == np.isnan(known["p_max"]) == (followers != 2)
 
 
-def steps(dataset):
-    return [float(np.diff(dataset[name])[0]) for name in ("x", "s")]
+# ---- the work of friction where little slides: what grids miss of it is in its estimate
+
+
+def estimated_work(of):
+    """The estimated error of work if larger elements have the same numbers."""
+    return errors(kinds(OF_ROLLING), of, [of])["dissipation"]
+
+
+ON_20_BY_28 = Grid(20, 28, 0.7, 0.6)
+
+
+@cache
+def rolled(xi, friction=0.3):
+    """The grid's bodies, the problem and the contact at a creepage."""
+    along = path_of(friction, grid=ON_20_BY_28)
+    return along.pair.on_grid, along.problem, along.problem.contact(Creepages(xi), Loading(LOAD))
+
+
+def test_forces_that_creepages_follow_from_are_exact():
+    """A wheel that rolls freely has no longitudinal force on any grid; its lateral one is computed."""
+    on_grid, rolling, contact = rolled(1e-4)
+    free = rolling.contact(Creepages(lateral=2e-4), Loading(LOAD), forces={"longitudinal": 0.0})
+    known = measured_rolling(on_grid, rolling, free)
+    assert "F_x" in known.exact
+    assert not {"F_y", "p_max", "approach"} & set(known.exact)
+    assert "F_x" not in measured_rolling(on_grid, rolling, contact).exact
+
+
+def test_the_estimate_of_work_is_at_least_what_slip_misses():
+    """The work on the rigid motion converges faster: it is the judge."""
+    on_grid, rolling, contact = rolled(1e-4)
+    known, plain = measured_rolling(on_grid, rolling, contact), measured(on_grid, contact.contact, OF_ROLLING)
+    missed = abs(rolling.power(contact) - rolling.climbing(contact) - known.numbers["dissipation"])
+    assert missed > 0.3 * known.numbers["dissipation"]
+    assert estimated_work(plain) < 0.9 * missed  # without it, grids that agree would hide it
+    # and a share of the work at the edge
+    assert missed <= estimated_work(known) < (1.01 + EDGE_SHARE / 0.3) * missed
+    assert known.numbers == plain.numbers
+    assert known.scales == plain.scales
+    assert {name for name in plain.floors if known.floors[name] != plain.floors[name]} == {"work"}
+
+
+def test_where_all_slides_the_slip_misses_little():
+    on_grid, rolling, contact = rolled(0.05)
+    assert rolling.missed_work(contact) < 2e-3 * rolling.power(contact)
+    known = measured_rolling(on_grid, rolling, contact)
+    assert known.floors["work"] < 2e-3 + EDGE_SHARE * 0.3  # shares of all of it; less than 0.3 is at the edge
+
+
+def test_without_friction_there_is_no_work():
+    known = measured_rolling(*rolled(1e-3, 0.0))
+    assert known.numbers["dissipation"] == pytest.approx(0.0, abs=1e-12)
+    assert np.isfinite(list(known.floors.values())).all()
