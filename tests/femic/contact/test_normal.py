@@ -90,6 +90,11 @@ def test_load_is_the_derivative_of_energy_and_stiffness_that_of_load(problem):
     assert middle.load == pytest.approx(2000.0, rel=1e-12)
 
 
+def iterations(contact):
+    """On all its grids."""
+    return 0 if contact is None else contact.solution.iterations + iterations(contact.coarser)
+
+
 @pytest.mark.parametrize("problem", [SOLVED, GROOVE], ids=["Hertz", "groove"])
 def test_load_and_its_approach_give_the_same_contact_from_any_start(problem):
     here = solve(problem, load=2000.0, tolerance=1e-10)
@@ -102,7 +107,7 @@ def test_load_and_its_approach_give_the_same_contact_from_any_start(problem):
     warm = solve(problem, load=2000.0, start=here.p, tolerance=1e-9)
     direct = pressures(problem.bounded, load=2000.0 / problem.grid.area, tolerance=1e-10)
     assert warm.solution.iterations < here.solution.iterations < direct.iterations  # coarser grids help, too
-    assert warm.coarser.solution.iterations < here.coarser.solution.iterations
+    assert iterations(warm.coarser) < iterations(here.coarser)
 
 
 @pytest.mark.parametrize(("problem", "accuracy"), [(SOLVED, 1e-6), (GROOVE, 2e-3)], ids=["Hertz", "groove"])

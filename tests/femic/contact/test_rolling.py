@@ -235,13 +235,6 @@ def test_small_creepages_give_kalkers_forces(name):
     assert largest > 1.0
 
 
-def test_forces_grow_with_friction_and_creepage_to_all_that_friction_bears():
-    wheel = wheel_on(FLAT)
-    forces = [wheel.contact(Creepages(creepage), LOADING).contact.force[0] for creepage in (1e-4, 1e-3, 1e-2)]
-    assert 0 < forces[0] < forces[1] < forces[2]
-    assert forces[2] == pytest.approx(0.3 * LOAD, rel=1e-3)
-
-
 # ---- forces and work that a rolling problem reads from contacts, by loops
 
 WHEEL_ON_RAIL = wheel_on(groove(6, 8))

@@ -124,10 +124,10 @@ def test_estimate_of_c_is_added_to_the_estimate_by_elements(monkeypatch):
 CORNERS = [(x, s) for x in (-50.0, 50.0) for s in (-9.0, 9.0)]
 
 
-def with_gap(points, load=SMALL):
+def with_gap(points, load=SMALL, **keys):
     """The contact with B-hat with an extra gap at points (x, s, gap), or (s, gap)."""
     gap = extra_gap(np.array(points))
-    return contacts_of(problem(loads=(load,), ics=("Bhat",), extra_gap=gap))["Bhat"]
+    return contacts_of(problem(loads=(load,), ics=("Bhat",), extra_gap=gap, **keys))["Bhat"]
 
 
 def test_a_constant_extra_gap_is_closed_by_the_approach():
@@ -154,7 +154,7 @@ def test_rising_gap_moves_the_contact_the_other_way(slopes, along):
 
 def test_a_hollow_in_the_middle_leaves_two_patches():
     hollow = [(*at, 0.0) for at in [*CORNERS, (-50.0, -0.2), (50.0, -0.2), (-50.0, 0.2), (50.0, 0.2)]]
-    contact = with_gap([*hollow, (-50.0, 0.0, 0.01), (50.0, 0.0, 0.01)], load=20.0)
+    contact = with_gap([*hollow, (-50.0, 0.0, 0.01), (50.0, 0.0, 0.01)], load=20.0, elements=12)
     left, right = contact.normal.patches
     assert left.s[1] < right.s[0]
     assert contact.normal.load == pytest.approx(20.0)
@@ -186,14 +186,13 @@ def test_mirrored_contact_has_mirrored_forces_within_the_estimates():
 
 
 def test_position_at_a_lateral_force_is_independent_of_the_start():
-    """The force that a shift gives puts the body there, to the pairing of strips, from there and from 0."""
+    """The force that a shift gives puts the body there, to the pairing of strips; none puts it back."""
     shifted, _ = sideways(shift=0.04)
-    for start in (0.0, 0.04):
-        result, errors = sideways(shift=start, lateral_force=shifted["F_y"])
-        assert result["F_y"] == pytest.approx(shifted["F_y"], rel=1e-6)
-        assert result["position"] == pytest.approx(0.04, rel=2e-2)
-        assert result["p_max"] == pytest.approx(shifted["p_max"], rel=2e-3)
-        assert 0 < errors["position"] < 0.1 * 0.04
+    result, errors = sideways(shift=0.0, lateral_force=shifted["F_y"])
+    assert result["F_y"] == pytest.approx(shifted["F_y"], rel=1e-6)
+    assert result["position"] == pytest.approx(0.04, rel=2e-2)
+    assert result["p_max"] == pytest.approx(shifted["p_max"], rel=2e-3)
+    assert 0 < errors["position"] < 0.1 * 0.04
     assert sideways(shift=0.04, lateral_force=0.0)[0]["position"] == pytest.approx(0.0, abs=1e-4)
 
 
@@ -249,3 +248,78 @@ def test_the_position_of_a_spring_is_found_with_its_stiffness(force, position):
 def test_a_force_that_is_not_reached_is_an_error_with_the_positions_tried():
     with pytest.raises(Failure, match=r"not reached with the upper body between -\d.* give a `shift`"):
         contact_at_lateral_force(lambda y: (1.0 / (1.0 + y * y), y), 3.0, start=0.5, step=1e-6, accuracy=1e-9)
+
+
+# ---- gaps that are added: linear between their points, 0 beyond them
+
+X_AT, S_AT = np.linspace(-3.0, 3.0, 7)[:, None], np.linspace(-4.4, 4.6, 10)[None]
+LATTICE = np.array([(x, s) for x in (-4.0, -1.0, 5.0) for s in (-5.0, 0.5, 6.0)])
+
+
+def linear_gap(x, s):
+    """A gap that is linear: interpolation between any points gives it back."""
+    return 0.3 + 0.02 * x - 0.05 * s
+
+
+@pytest.mark.parametrize("size", [1e-9, 1.0, 1e9, (1e-6, 1.0)], ids=["nano", "one", "giga", "narrow band"])
+@pytest.mark.parametrize("away", [0.0, 1e3])
+def test_gap_is_linear_between_points_of_any_spacing(size, away):
+    """About places that are a thousand spacings from the origin, too, and on a narrow band."""
+    size_x, size_s = np.broadcast_to(size, 2)
+    gap = extra_gap(np.column_stack([(LATTICE + away) * size, linear_gap(*LATTICE.T)]))
+    result = gap.at(size_x * (X_AT + away), size_s * (S_AT + away))
+    np.testing.assert_allclose(result, linear_gap(X_AT, S_AT), rtol=0, atol=1e-9)
+
+
+def test_gap_on_a_grid_does_not_depend_on_the_order_of_its_points():
+    """Each square of a grid has two diagonals: which one bounds triangles must not follow from the order."""
+    chance = np.random.default_rng(3)
+    x, s = (places.ravel() for places in np.meshgrid(np.linspace(-4, 4, 7), np.linspace(-3, 3, 5)))
+    columns = np.column_stack([x, s, chance.uniform(-0.02, 0.02, x.size)])
+    at = np.linspace(-4, 4, 33)[:, None], np.linspace(-3, 3, 29)
+    for _ in range(5):
+        other = extra_gap(chance.permutation(columns)).at(*at)
+        np.testing.assert_array_equal(other, extra_gap(columns).at(*at))
+
+
+def test_gap_is_zero_beyond_its_points():
+    gap = extra_gap(np.column_stack([LATTICE, np.ones(len(LATTICE))]))
+    np.testing.assert_array_equal(gap.at(np.array([[-4.1], [5.1]]), np.array([[0.0]])), 0.0)
+    profile = extra_gap(np.array([(-1.0, 2.0), (1.0, 2.0)]))
+    np.testing.assert_array_equal(profile.at(X_AT, np.array([[-1.01, 1.01]])), 0.0)
+
+
+@pytest.mark.parametrize("order", [slice(None), slice(None, None, -1)])
+def test_profile_is_the_same_at_all_x_in_all_formats(order):
+    """As columns s, gap, at one x, or as a strip of points that is long along x."""
+    s = np.array([-5.0, -1.0, 0.5, 6.0])
+    rows = np.column_stack([s, np.abs(s)])[order]
+    forms = (
+        rows,
+        np.column_stack([np.full(4, 2.0), rows]),
+        np.concatenate([np.column_stack([np.full(4, x), rows]) for x in (-9.0, 9.0)]),
+    )
+    expected = np.interp(S_AT, s, np.abs(s)) + 0 * X_AT
+    for columns in forms:
+        np.testing.assert_allclose(extra_gap(columns).at(X_AT, S_AT), expected, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("columns", "reason"),
+    [
+        ([(0.0, 1.0)], "one point: give two or more"),
+        ([(2.0, 0.0, 1.0)], "one point: give two or more"),
+        ([(1.0, 1.0, 1.0)] * 5, r"points 1 and 2 are at the same place \(1\): remove one"),
+        ([(0.0, 1.0), (2.0, 1.0), (0.0, 3.0)], r"points 1 and 3 are at the same place \(0\)"),
+        (
+            [*((*place, 0.0) for place in LATTICE), (5.0, 6.0, 0.0)],
+            r"points 9 and 10 .* \(5, 6\): remove one",
+        ),
+        ([(x, 2.0, 1.0) for x in range(4)], "4 points on one line, not at one x"),
+        ([(x, 2.0 * x + 1, 1.0) for x in range(4)], "give points beside it, too, or columns s, gap"),
+        ([(0.0, 0.0, 1.0), (1.0, 1.0, 1.0)], "2 points on one line"),
+    ],
+)
+def test_points_without_a_unique_gap_between_them_are_refused(columns, reason):
+    with pytest.raises(WrongInput, match=reason):
+        extra_gap(np.array(columns))

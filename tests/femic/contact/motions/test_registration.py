@@ -2,20 +2,17 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 import xarray as xr
 
 from compare.pages import friction_pages as pages
 from compare.pages.friction_pages import require_page
-from femic.contact.motions import MOTIONS, find_motion, solve_with_friction
-from femic.contact.motions.rolling import solve_curve
+from femic.contact.motions import MOTIONS, find_motion
 from femic.contact.specification import ContactSpecification, FrictionSpecification
 from femic.results.friction import compute_with_friction
 from femic.scenes.errors import BadScene
 from geometries.errors import WrongInput
 from tests.compare.friction.scenes import scene
-from tests.femic.contact.pairs.problems import SMALL, problem
 
 LOADS = [1e3, 2e3]
 
@@ -31,7 +28,7 @@ def again(monkeypatch):
 
 
 def pressed(motion):
-    return scene(13.0, motion=motion, loads=LOADS, friction=[0.3], ics=["A"])
+    return scene(13.0, motion=motion, loads=LOADS, friction=[0.3], ics=["A"], elements=8)
 
 
 @pytest.mark.usefixtures("again")
@@ -69,14 +66,3 @@ def test_unknown_motions_are_refused():
     sliding = ContactSpecification("sliding", friction=FrictionSpecification((0.3,)))
     with pytest.raises(WrongInput, match="motion = 'sliding': one of none, rolling, transient, compression"):
         find_motion(sliding)
-
-
-def test_rolling_needs_no_scene():
-    """At large creepages all of a small contact slides: forces are friction times load."""
-    friction = FrictionSpecification((0.3,), (-4e-3, 0.0, 4e-3), equal_force=0.3)
-    of = problem(loads=(SMALL,), motion="rolling", friction=friction, ics=("A",), elements=8)
-    result = solve_with_friction(of, lambda pair: solve_curve(pair, 0.3, "A"))
-    for xi in (-4e-3, 4e-3):
-        assert result.sliding_share.sel(xi=xi) == 1.0
-        assert float(result.F_x.sel(xi=xi)) == pytest.approx(np.sign(xi) * 0.3 * SMALL, rel=5e-3)
-    assert 0 < float(result.equal_creepage) < 4e-3

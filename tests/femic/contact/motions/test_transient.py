@@ -105,7 +105,7 @@ def test_estimates_hold_against_elements_half_as_large(solved):
 
 def test_errors_with_c_include_the_change_by_its_estimate(monkeypatch, solved):
     """Of compliances that may be a tenth larger, as the approach of Hertz at a load."""
-    of = pair(distance=4.7)
+    of = pair(distance=2.4)
     reference = SimpleNamespace(operator=of.operator("Bhat"), perturbed=Products(of.operator("Bhat"), 1.1))
     monkeypatch.setattr(
         "femic.contact.pairs.pair_with_friction.full_reference_ics", lambda *_, **__: reference
