@@ -233,6 +233,17 @@ def test_rigid_punch_agrees_with_mossakovskii(nu):
     assert stiffness == pytest.approx(expected, rel=1e-6)
 
 
+@each_beta
+def test_the_approach_is_the_integral_by_parts(beta):
+    epsilon = np.arctanh(beta) / np.pi
+
+    def turned(t):
+        return np.cos(epsilon * np.log((1 + t) / (1 - t)))
+
+    of_point, _ = quad(lambda angle: np.sin(angle) * np.cos(angle) * turned(np.sin(angle)), 0, np.pi / 2)
+    assert point(beta).approach_ratio == pytest.approx(1 / (2 * of_point), rel=1e-7)
+
+
 def test_beta_is_that_of_the_combined_constants():
     soft, stiff = Material(1000.0, 0.1), Material(70e3, 0.3)
     constants = both_bodies(soft, stiff)
