@@ -49,7 +49,7 @@ DEAR = (
     "tests/femic/reference/harmonic/test_outlines.py",
     "tests/compare/validation/statements/test_friction_details.py",
     "tests/femic/contact/motions/test_transient.py",
-    "tests/femic/reference/matrix/test_components.py",
+    "tests/femic/reference/matrix/test_nesting.py",
     "tests/femic/reference/test_discount_rules.py",
     "tests/compare/friction/test_transient.py",
     "tests/compare/friction/test_rolling.py",

@@ -22,7 +22,6 @@ CONTOUR = arc(10.0, 0.5, 0.6)
 RAIL, WHEEL = Solid(STEEL, Surface(LOWER, CONTOUR)), Solid(BRASS, Surface(UPPER, CONTOUR, 300.0))
 X = np.tile(np.linspace(0.5, 25.0, 26), 2)
 S = np.repeat([0.0, 1.6], 26)
-K = "mismatch_k"
 
 
 def target(effective, solid=None, components=("xn",), *, x=X, s=S):
@@ -53,15 +52,11 @@ def test_parameters_within_bounds_are_recovered(far, r_inf, m, n, apart):
     assert result.worst[0] < 1e-6
     in_transition = np.sum(np.hypot(X, S) < r_inf)
     if in_transition >= FEWEST and all(parameter.deviation is not None for parameter in result.parameters):
-        got = result.effective.mismatch_k
-        np.testing.assert_allclose([got.far, got.r_inf, got.m, got.n], [far, r_inf, m, n], rtol=2e-3)
+        np.testing.assert_allclose(numbers(result.effective.mismatch_k), [far, r_inf, m, n], rtol=2e-3)
 
 
-def test_determined_parameters_are_not_fixed():
-    """A transition in the middle of the points, not linear: all four parameters are fitted."""
-    result = fit(target(EffectiveProperties(mismatch_k=Transition(-0.4, 14.0, 1.6, 4.0))))
-    assert all(parameter.deviation is not None for parameter in result.parameters)
-    assert result.effective.mismatch_k.r_inf == pytest.approx(14.0, rel=1e-5)
+def numbers(transition):
+    return [transition.far, transition.r_inf, transition.m, transition.n]
 
 
 @pytest.mark.parametrize("solid", [pytest.param(RAIL, marks=pytest.mark.slow), WHEEL])
@@ -71,12 +66,8 @@ def test_g_and_nu_of_one_body_are_recovered(solid):
     )
     result = fit(target(true, solid, ("nn", "xx", "ss", "xs")), ("G", "nu"))
     for name in ("G", "nu"):
-        got, expected = getattr(result.effective, name), getattr(true, name)
-        np.testing.assert_allclose(
-            [got.far, got.r_inf, got.m, got.n],
-            [expected.far, expected.r_inf, expected.m, expected.n],
-            rtol=1e-4,
-        )
+        got, expected = (numbers(getattr(of, name)) for of in (result.effective, true))
+        np.testing.assert_allclose(got, expected, rtol=1e-4)
     assert result.covariance.shape == (8, 8)
 
 
@@ -132,16 +123,11 @@ def test_units_do_not_matter(fitted):
         data.bhat_prime(EffectiveProperties(mismatch_k=TRUE)),
         rtol=1e-10,
     )
-    got, expected = fit(in_metres).effective.mismatch_k, fitted.effective.mismatch_k
-    np.testing.assert_allclose(
-        [got.far, 1e3 * got.r_inf, got.m, got.n],
-        [expected.far, expected.r_inf, expected.m, expected.n],
-        rtol=1e-5,
-    )
+    got, expected = (numbers(one.effective.mismatch_k) for one in (fit(in_metres), fitted))
+    np.testing.assert_allclose(got * np.array([1, 1e3, 1, 1]), expected, rtol=1e-5)
 
 
 def test_points_of_weight_0_do_not_count():
-    """Points of weight 0 might as well not be there."""
     data = disturbed()
     wrong = np.arange(len(X)) % 5 == 2
     spoiled = replace(data, ics=np.where(wrong, 7.0, data.ics), weights=np.where(wrong, 0.0, 1.0))
@@ -159,21 +145,21 @@ def test_deviations_match_the_scatter_of_fits_to_noise():
     assert np.all((ratio > 0.6) & (ratio < 1.6))
 
 
-def test_parameters_of_a_constant_property_are_fixed():
-    half_space = Pair(WHEEL, RAIL).constants.mismatch_k
-    result = fit(target(EffectiveProperties(mismatch_k=Transition(half_space, 9.0, 2.0, 3.0))))
-    assert [parameter.note for parameter in result.parameters] == ["not determined by the data"] * 4
-    assert result.effective.mismatch_k == Transition(half_space, float(np.max(np.hypot(X, S))), 1.0, 1.0)
-    assert result.covariance.shape == (0, 0)
-    assert result.worst[0] < 1e-12
-
-
-def test_data_beyond_the_transition_determine_the_far_value_only():
+def test_of_parameters_only_those_are_fitted_that_the_data_determine():
+    """All of a transition amid the points; only the far value beyond it; none of a constant property."""
+    amid = fit(target(EffectiveProperties(mismatch_k=Transition(-0.4, 14.0, 1.6, 4.0))))
+    assert all(parameter.deviation is not None for parameter in amid.parameters)
+    assert amid.effective.mismatch_k.r_inf == pytest.approx(14.0, rel=1e-5)
     x = np.linspace(20.0, 60.0, 30)
-    result = fit(target(EffectiveProperties(mismatch_k=replace(TRUE, r_inf=10.0)), x=x, s=0 * x))
-    assert result.parameters[0].value == pytest.approx(-0.21, rel=1e-6)
-    assert result.worst[0] < 1e-6
-    assert sum(parameter.deviation is None for parameter in result.parameters) >= 2
+    beyond = fit(target(EffectiveProperties(mismatch_k=replace(TRUE, r_inf=10.0)), x=x, s=0 * x))
+    assert beyond.parameters[0].value == pytest.approx(-0.21, rel=1e-6)
+    assert sum(parameter.deviation is None for parameter in beyond.parameters) >= 2
+    half_space = Pair(WHEEL, RAIL).constants.mismatch_k
+    constant = fit(target(EffectiveProperties(mismatch_k=Transition(half_space, 9.0, 2.0, 3.0))))
+    assert [parameter.note for parameter in constant.parameters] == ["not determined by the data"] * 4
+    assert constant.effective.mismatch_k == Transition(half_space, float(np.max(np.hypot(X, S))), 1.0, 1.0)
+    assert constant.covariance.shape == (0, 0)
+    assert (beyond.worst[0] < 1e-6, constant.worst[0] < 1e-12) == (True, True)
 
 
 def test_errors_of_the_target_widen_the_deviations():

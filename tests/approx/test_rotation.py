@@ -18,7 +18,7 @@ ALPHA = np.array([0.9, -0.31, 2.4, 0.05, -1.2])
 SOFT_BELOW = both_bodies(Material(210e3, 0.28), Material(97e3, 0.36))
 A = HalfSpace(SOFT_BELOW).ics(PATCH, X, S)  # (3, 3, 5), all couplings present
 ROUNDING = {"rtol": 0, "atol": 8 * np.finfo(float).eps * np.max(np.abs(A))}
-ROTATION, BACK = rotation_about_x(ALPHA), rotation_about_x(-ALPHA)
+ROTATION = rotation_about_x(ALPHA)
 load_rotated, observer_rotated, both_rotated = Shares(0, 1), Shares(1, 0), Shares(1 / 2, 1 / 2)
 quiet = settings(deadline=None, max_examples=60, database=None)
 EACH = pytest.mark.parametrize(
@@ -78,16 +78,7 @@ def test_rotation_is_from_the_axes_of_the_load_to_those_of_the_observer(surface)
 
 
 @each_surface
-def test_half_a_rotation_twice_is_the_rotation_about_the_same_axis(surface):
-    rotation = rotation_between(surface, OBSERVERS, S_LOAD)
-    half = rotation.power(0.5).matrix
-    np.testing.assert_allclose(matmul(half, half), rotation.matrix, atol=3e-15)
-    expected = np.stack([np.real(sqrtm(T)) for T in per_point(rotation.matrix)])  # the principal root
-    np.testing.assert_allclose(per_point(half), expected, atol=1e-13)
-
-
-@each_surface
-@pytest.mark.parametrize("exponent", [0.0, 1 / 3, 0.7, 1.0, -1.0, -0.4])
+@pytest.mark.parametrize("exponent", [0.0, 1 / 3, 0.5, 0.7, 1.0, -1.0, -0.4])
 def test_powers_of_a_rotation_are_those_of_scipy(surface, exponent):
     rotation = rotation_between(surface, OBSERVERS, S_LOAD)
     expected = ScipyRotation.from_matrix(per_point(rotation.matrix)) ** exponent
@@ -179,54 +170,8 @@ def test_b_hat_takes_the_square_root_of_the_rotation():
     np.testing.assert_allclose(got, expected, rtol=0, atol=1e-14 * A.max())
 
 
-# --- relations -------------------------------------------------------------------------------------
-
-
 @EACH
-def test_rotating_back_gives_the_half_space(rotated):
-    np.testing.assert_allclose(rotated(rotated(A, ROTATION), BACK), A, **ROUNDING)
-
-
-@EACH
-def test_two_rotations_are_one_rotation_by_the_sum(rotated):
-    once = rotated(A, rotation_about_x(ALPHA + 0.7))
-    np.testing.assert_allclose(
-        rotated(rotated(A, ROTATION), rotation_about_x(np.full(5, 0.7))), once, **ROUNDING
-    )
-
-
-def test_b_hat_lies_half_a_rotation_from_b_and_b_bar():
-    hat = both_rotated(A, ROTATION)
-    from_b = matmul(matmul(matrix(ALPHA / 2), load_rotated(A, ROTATION)), matrix(-ALPHA / 2))
-    from_b_bar = matmul(matmul(matrix(-ALPHA / 2), observer_rotated(A, ROTATION)), matrix(ALPHA / 2))
-    np.testing.assert_allclose(from_b, hat, **ROUNDING)
-    np.testing.assert_allclose(from_b_bar, hat, **ROUNDING)
-
-
-def test_mirrored_scene_rotates_the_other_way():
-    mirror = np.array([1, -1, 1])
-    signs = np.outer(mirror, mirror)[..., None]
-    other = HalfSpace(SOFT_BELOW).ics(PATCH, X, -S)
-    for rotated in (load_rotated, observer_rotated, both_rotated):
-        np.testing.assert_allclose(rotated(other, BACK), signs * rotated(A, ROTATION), **ROUNDING)
-
-
-def test_exchanging_load_and_observer_makes_b_of_b_bar_and_keeps_b_hat():
-    back = HalfSpace(SOFT_BELOW).ics(PATCH, -X, -S)
-    transposed = np.swapaxes(load_rotated(back, BACK), 0, 1)
-    np.testing.assert_allclose(transposed, observer_rotated(A, ROTATION), **ROUNDING)
-    hat = np.swapaxes(both_rotated(back, BACK), 0, 1)
-    np.testing.assert_allclose(hat, both_rotated(A, ROTATION), **ROUNDING)
-
-
-@EACH
-def test_rotation_keeps_the_norm(rotated):
-    norm = np.linalg.norm(A, axis=(0, 1))
-    np.testing.assert_allclose(np.linalg.norm(rotated(A, ROTATION), axis=(0, 1)), norm, rtol=1e-14)
-
-
-def test_half_a_revolution_exchanges_pressing_and_pulling():
-    a = HalfSpace(one_body(Material(210e3, 0.28), +1)).ics(PATCH, X, S)
-    facing = np.full(5, np.pi)
-    np.testing.assert_allclose(load_rotated(a, rotation_about_x(facing))[:, 1:], -a[:, 1:], **ROUNDING)
-    np.testing.assert_allclose(observer_rotated(a, rotation_about_x(facing))[1:], -a[1:], **ROUNDING)
+@pytest.mark.parametrize("beta", [np.full(5, 0.7), -ALPHA], ids=["on", "back"])
+def test_two_rotations_are_one_rotation_by_the_sum(rotated, beta):
+    twice = rotated(rotated(A, ROTATION), rotation_about_x(beta))
+    np.testing.assert_allclose(twice, rotated(A, rotation_about_x(ALPHA + beta)), **ROUNDING)

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from geometries.bodies import Body, Domain, section_end
+from geometries.bodies import Body, Domain
 from geometries.contours import arc, ellipse, plane, through_points
 from geometries.materials import Material
-from geometries.surfaces import LOWER, UPPER, Surface
+from geometries.surfaces import LOWER, UPPER
 
 DOMAIN = Domain(far_radius=60.0, half_length=130.0)
 Y = np.linspace(-7.0, 9.0, 15)
@@ -18,17 +18,13 @@ CONTOURS = {
 }
 
 
-def far_end(contour, domain, direction, side=LOWER):
-    return section_end(Body(side, contour, STEEL, domain), direction)
-
-
 @pytest.mark.parametrize("contour", CONTOURS.values(), ids=CONTOURS)
-@pytest.mark.parametrize("direction", [-1, +1])
-def test_far_end_lies_on_the_far_arc_on_its_own_flank(contour, direction):
-    s = far_end(contour, DOMAIN, direction)
-    assert np.hypot(*contour.position(s)) == pytest.approx(60.0, rel=1e-13)
-    assert direction * (s - contour.limits[(1 + direction) // 2]) > 0
-    assert np.hypot(*contour.position(s + direction)) > 60.0  # a millimetre on is outside
+def test_far_ends_lie_on_the_far_arc_on_their_own_flanks(contour):
+    body = Body(LOWER, contour, STEEL, DOMAIN)
+    for end, joint, direction in zip(body.s_range, contour.limits, (-1, +1), strict=True):
+        assert np.hypot(*contour.position(end)) == pytest.approx(60.0, rel=1e-13)
+        assert direction * (end - joint) > 0
+        assert np.hypot(*contour.position(end + direction)) > 60.0  # a millimetre on is outside
 
 
 @pytest.mark.parametrize("radius", [10.0, -10.0])
@@ -43,64 +39,26 @@ def test_far_end_of_an_arc_solves_its_quadratic_equation(radius):
     assert body.s_range == pytest.approx((-ends[0], ends[1]), rel=1e-13)
 
 
+@pytest.mark.parametrize("half_length", [130.0, np.inf])
 @pytest.mark.parametrize(
-    ("given", "truncated", "larger"),
-    [
-        ((False, False), True, (120.0, 260.0)),
-        ((True, False), True, (60.0, 260.0)),
-        ((False, True), True, (120.0, 130.0)),
-        ((True, True), False, (60.0, 130.0)),
-    ],
+    ("given", "larger"),
+    [((False, False), (2, 2)), ((True, False), (1, 2)), ((False, True), (2, 1)), ((True, True), (1, 1))],
 )
-def test_boundaries_that_are_given_stay_and_are_supports(given, truncated, larger):
-    body = Body(LOWER, plane(), STEEL, Domain(60.0, 130.0, *given))
-    assert body.truncated == truncated
-    assert body.enlarged(2.0).domain == Domain(*larger, *given)
+def test_boundaries_that_are_given_stay_and_are_supports(given, larger, half_length):
+    """A body without ends is truncated by its far arc alone."""
+    body = Body(LOWER, plane(), STEEL, Domain(60.0, half_length, *given))
+    assert body.truncated == (not given[0] or (not given[1] and half_length < np.inf))
+    assert body.enlarged(2.0).domain == Domain(60.0 * larger[0], half_length * larger[1], *given)
 
 
-def test_a_body_without_ends_is_truncated_by_a_far_arc_that_is_not_given():
-    assert Body(LOWER, plane(), STEEL, Domain(60.0, np.inf)).truncated
-    assert not Body(LOWER, plane(), STEEL, Domain(60.0, np.inf, radius_given=True)).truncated
-
-
-def test_plane_ends_at_the_far_radius():
-    body = Body(UPPER, plane(), STEEL, DOMAIN)
-    assert body.s_range == pytest.approx((-60.0, 60.0), rel=1e-13)
-
-
-def test_far_end_grows_with_the_domain_and_its_length_does_not_matter():
-    contour = CONTOURS["arc"]
-    near, far = (far_end(contour, DOMAIN.scaled(k), +1) for k in (1.0, 1e6))
-    assert far == pytest.approx(1e6 * 60.0, rel=1e-6)  # crown and joint are small against it
-    assert near < 60.0 + 11.0  # at most as far as all of the arc and a straight way
-    assert far_end(contour, Domain(60.0, 1.0), +1) == near
-
-
-@pytest.mark.parametrize(("far_radius", "direction"), [(9.0, +1), (4.0, -1)])
-def test_far_arc_may_cut_the_curved_part(far_radius, direction):
-    contour = arc(10.0, 0.45, 1.1)  # its joints lie 4.46 and 10.5 mm from the centre
-    end = far_end(contour, Domain(far_radius, 100.0), direction)
-    assert abs(end) == pytest.approx(20 * np.arcsin(far_radius / 20))  # chord of the arc
-
-
-def test_far_arc_is_judged_on_each_side_by_itself():
+def test_far_arc_may_cut_the_curved_part_on_one_side_or_both():
+    """The joints lie 4.46 and 10.5 mm from the centre; chords of the arc."""
     contour = arc(10.0, 0.45, 1.1)
-    end = far_end(contour, Domain(9.0, 100.0), -1)
-    assert np.hypot(*contour.position(end)) == pytest.approx(9.0, rel=1e-13)
-
-
-def test_scaled_domain_has_both_lengths_multiplied():
-    assert Domain(60.0, 130.0).scaled(1.5) == Domain(90.0, 195.0)
-
-
-def test_sides_are_signs():
-    assert (UPPER, LOWER) == (+1, -1)
-
-
-def test_the_surface_is_that_of_the_contour_at_the_rolling_radius():
-    wheel = Body(UPPER, CONTOURS["arc"], STEEL, DOMAIN, rolling_radius=120.0)
-    assert wheel.surface == Surface(UPPER, CONTOURS["arc"], 120.0)
-    assert Body(LOWER, CONTOURS["arc"], STEEL, DOMAIN).surface == Surface(LOWER, CONTOURS["arc"])
+    for far_radius in (9.0, 4.0):
+        left, right = Body(LOWER, contour, STEEL, Domain(far_radius, 100.0)).s_range
+        assert right == pytest.approx(20 * np.arcsin(far_radius / 20))
+        assert np.hypot(*contour.position(left)) == pytest.approx(far_radius, rel=1e-13)
+        assert (left < -4.5) == (far_radius > 4.46)
 
 
 def test_the_prismatic_section_is_the_limit_of_a_large_rolling_radius():

@@ -41,38 +41,30 @@ def away_from_joints(contour, distance):
 
 
 @each
-def test_derivative_of_position_is_the_tangent_and_has_unit_length(contour):
+def test_the_tangent_and_the_curvature_are_derivatives_of_position_and_inclination(contour):
     h = 1e-3
     s = away_from_joints(contour, 2 * h)
-    near = (contour.position(s + h) - contour.position(s - h)) / (2 * h)
-    wide = (contour.position(s + 2 * h) - contour.position(s - 2 * h)) / (4 * h)
-    derivative = (4 * near - wide) / 3
+
+    def derivative(f):
+        near, wide = ((f(s + k * h) - f(s - k * h)) / (2 * k * h) for k in (1, 2))
+        return (4 * near - wide) / 3
+
     # fourth order in h / 0.2 mm (the sharpest crown): below 1e-8; inversion noise 1e-14 * 60 mm / h
-    np.testing.assert_allclose(derivative, contour.tangent(s), rtol=0, atol=3e-8)
-    np.testing.assert_allclose(np.hypot(*derivative), 1, rtol=0, atol=3e-8)
+    np.testing.assert_allclose(derivative(contour.position), contour.tangent(s), rtol=0, atol=3e-8)
+    np.testing.assert_allclose(np.hypot(*contour.tangent(s)), 1, rtol=1e-15)
+    # of a derivative that is 5 at the sharpest crown
+    np.testing.assert_allclose(derivative(contour.inclination), contour.curvature(s), rtol=0, atol=3e-7)
 
 
 @each
 def test_tangent_and_normal_follow_the_inclination_and_the_normal_points_up(contour):
-    s = np.linspace(-12.0, 15.0, 50)
+    s = np.linspace(-12.0, 15.0, 50).reshape(5, 10)
     tangent, normal, delta = contour.tangent(s), contour.normal(s), contour.inclination(s)
     rounding = {"rtol": 0, "atol": 1e-15}
     np.testing.assert_allclose(tangent, [np.cos(delta), -np.sin(delta)], **rounding)
     np.testing.assert_allclose(normal, [-tangent[1], tangent[0]], **rounding)  # a quarter turn from y to z
     assert np.all(normal[1] > 0)
-
-
-@each
-def test_contact_centre_is_the_origin(contour):
     np.testing.assert_allclose(contour.position(0.0), 0, rtol=0, atol=1e-13)  # rounding of some mm
-
-
-@each
-def test_shapes_follow_s(contour):
-    s = np.linspace(-1.0, 1.0, 6).reshape(2, 3)
-    assert contour.position(s).shape == contour.normal(s).shape == (2, 2, 3)
-    assert contour.inclination(s).shape == (2, 3)
-    np.testing.assert_array_equal(contour.position(0.5).shape, (2,))
 
 
 # --- joints and flanks -----------------------------------------------------------------------------
@@ -117,23 +109,11 @@ def test_joints_are_where_the_flanks_begin_and_a_plane_has_none():
 # --- arcs ------------------------------------------------------------------------------------------
 
 
-def test_plane_is_the_line_z_zero():
-    s = np.array([-1e3, -0.7, 0.0, 25.0])
-    np.testing.assert_array_equal(plane().position(s), [s, 0 * s])
-
-
 @pytest.mark.parametrize("radius", [10.0, -7.0])
 def test_arc_keeps_its_distance_from_the_centre_below_or_above(radius):
     s = np.linspace(-0.4, 0.9, 30) * abs(radius)
     y, z = arc(radius, 0.5, 1.0).position(s)
     np.testing.assert_allclose(np.hypot(y, z + radius), abs(radius), rtol=1e-15 * 4)
-
-
-def test_groove_is_the_arc_upside_down():
-    s = np.linspace(-9.0, 14.0, 30)
-    crown, groove = arc(10.0, 0.45, 1.1), arc(-10.0, 0.45, 1.1)
-    np.testing.assert_array_equal(groove.position(s), crown.position(s) * [[1], [-1]])
-    np.testing.assert_array_equal(groove.inclination(s), -crown.inclination(s))
 
 
 def test_nearly_flat_arc_is_a_parabola_to_all_digits():
@@ -149,17 +129,11 @@ semi_axes = pytest.mark.parametrize(("b", "d"), [(5.0, 1.0), (1.0, 5.0), (13.7, 
 
 
 @semi_axes
-def test_ellipse_satisfies_its_equation(b, d):
-    contour = ellipse(b, d, 1.4, 0.9)
-    y, z = contour.position(np.linspace(*contour.limits, 60))
-    np.testing.assert_allclose((y / b) ** 2 + (z / d + 1) ** 2, 1, rtol=1e-14)  # rounding
-
-
-@semi_axes
-def test_inclination_of_the_ellipse_is_perpendicular_to_the_gradient_of_its_equation(b, d):
+def test_ellipse_satisfies_its_equation_and_is_inclined_perpendicularly_to_its_gradient(b, d):
     contour = ellipse(b, d, 1.4, 0.9)
     s = np.linspace(*contour.limits, 60)
     y, z = contour.position(s)
+    np.testing.assert_allclose((y / b) ** 2 + (z / d + 1) ** 2, 1, rtol=1e-14)  # rounding
     # near a vertical flank dz/dy = -tan(delta) is steep, and z + d keeps 1e-16 * d of some mm
     np.testing.assert_allclose(np.tan(contour.inclination(s)), d**2 * y / (b**2 * (z + d)), rtol=1e-12)
 
@@ -179,14 +153,6 @@ def test_any_ellipse_to_aspect_five_inverts_its_arc_length(b, d, at):
     # known to 1e-14 of the length that the table spans, the whole ellipse
     whole = core.arc_length(np.array(2 * np.pi))
     np.testing.assert_allclose(core.arc_length(core.angle(s)), s, rtol=0, atol=2e-14 * whole)
-
-
-def test_ellipse_of_equal_semi_axes_is_an_arc():
-    s = np.linspace(-12.0, 9.0, 40)
-    # inversion: 1e-14 of 50 mm at most
-    round_ellipse, circle = ellipse(8.0, 8.0, 1.2, 0.7), arc(8.0, 1.2, 0.7)
-    np.testing.assert_allclose(round_ellipse.position(s), circle.position(s), rtol=0, atol=5e-13)
-    np.testing.assert_allclose(round_ellipse.inclination(s), circle.inclination(s), rtol=0, atol=1e-13)
 
 
 # --- splines ---------------------------------------------------------------------------------------
@@ -210,18 +176,13 @@ def test_spline_converges_to_the_curve_at_the_order_of_cubics():
     assert np.all(errors[0] < (0.8 / C) ** 3)  # spacing 0.8 mm on a curve of radius C
 
 
-def test_spline_has_s_zero_at_y_centre_with_the_slope_of_the_curve():
-    contour = catenary(81)
-    np.testing.assert_allclose(contour.position(0.0), 0, rtol=0, atol=2e-13)  # 1e-14 of 17 mm
-    assert contour.inclination(0.0) == pytest.approx(np.arctan(np.sinh(Y_0 / C)), abs=1e-6)  # h^3
-    assert contour.inclination(0.0) > 0.1  # not a crown
-
-
-def test_spline_passes_through_its_points():
+def test_spline_passes_through_its_points_in_whichever_frame_they_are():
     y, z = np.array([-4.0, -2.5, 0.3, 2.0, 5.5]), np.array([-0.9, -0.2, 0.1, -0.3, -1.8])
-    contour = through_points(y, z, 0.3)
+    contour, shifted = through_points(y, z, 0.3), through_points(y + 70.0, z - 3.0, 70.3)
     s = contour.core.arc_length(contour.core.curve.x)
     np.testing.assert_allclose(contour.position(s), [y - 0.3, z - 0.1], rtol=0, atol=1e-12)  # rounding
+    s = np.linspace(-4.0, 4.0, 20)
+    np.testing.assert_allclose(shifted.position(s), contour.position(s), rtol=0, atol=1e-12)  # eps of 70 mm
 
 
 @pytest.mark.parametrize("delta", [-0.7, 0.0, 1.2])
@@ -234,14 +195,6 @@ def test_spline_through_a_tilted_line_is_that_line(delta):
     np.testing.assert_allclose(contour.extent, (-7.2, 1.8), rtol=1e-12)
 
 
-def test_points_in_the_other_frame_give_the_same_spline():
-    y = np.array([-4.0, -2.5, 0.3, 2.0, 5.5])
-    z = -(y**2) / 30
-    here, shifted = through_points(y, z, 1.1), through_points(y + 70.0, z - 3.0, 71.1)
-    s = np.linspace(-4.0, 4.0, 20)
-    np.testing.assert_allclose(shifted.position(s), here.position(s), rtol=0, atol=1e-12)  # eps of 70 mm
-
-
 def test_spline_answers_at_an_arc_length_of_rounding_size():
     contour = catenary(41)
     for s in np.geomspace(1e-17, 1e-3, 60):
@@ -249,51 +202,26 @@ def test_spline_answers_at_an_arc_length_of_rounding_size():
         assert off <= s**2 / C + 1e-12  # half a curvature below 1 / C; 1e-14 of the curve's 17 mm
 
 
-def test_centre_outside_the_points_is_refused_with_its_value():
-    with pytest.raises(ValueError, match=r"9\.5"):
-        through_points([0.0, 1.0, 2.5, 3.0], [0.0, 0.1, 0.1, 0.0], 9.5)
-
-
-@pytest.mark.parametrize(
-    ("y", "message"),
-    [
-        ([0.0, 1.0, 2.5], "3 points: at least 4"),
-        ([0.0, 1.0, np.nan, 3.0], "finite"),
-        ([0.0, 1.5, 1.25, 3.0], r"point 3: y = 1\.25 after 1\.5"),
-        ([0.0, 1.5, 2.5, 2.5], r"point 4: y = 2\.5 after 2\.5"),
-    ],
-)
-def test_points_that_make_no_curve_are_refused(y, message):
-    with pytest.raises(ValueError, match=message):
-        through_points(y, np.zeros(len(y)), 0.5)
-
-
 # --- symmetry --------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
-    "contour",
-    [plane(), arc(10.0, 0.5, 0.5), arc(-10.0, 0.5, 0.5), ellipse(3.0, 7.0, 0.9, 0.9)],
-    ids=["plane", "arc", "groove", "ellipse"],
-)
-def test_equal_flanks_make_a_symmetric_contour(contour):
-    assert contour.symmetric
-
-
-@pytest.mark.parametrize(
-    "contour",
+    ("contour", "symmetric"),
     [
-        arc(10.0, 0.4, 0.4 + 1e-6),
-        arc(10.0, 0.5, 0.501),
-        arc(-10.0, 0.45, 0.5),
-        ellipse(3.0, 7.0, 0.9, 0.8),
-        catenary(21),
-        Contour(arc(10.0, 0.5, 0.5).core, (-5.0, 5.0), (-8.0, 9.0)),
+        (plane(), True),
+        (arc(10.0, 0.5, 0.5), True),
+        (arc(-10.0, 0.5, 0.5), True),
+        (ellipse(3.0, 7.0, 0.9, 0.9), True),
+        (arc(10.0, 0.4, 0.4 + 1e-6), False),
+        (arc(10.0, 0.5, 0.501), False),
+        (arc(-10.0, 0.45, 0.5), False),
+        (ellipse(3.0, 7.0, 0.9, 0.8), False),
+        (catenary(21), False),
+        (Contour(arc(10.0, 0.5, 0.5).core, (-5.0, 5.0), (-8.0, 9.0)), False),
     ],
-    ids=["nearly equal", "arc", "groove", "ellipse", "spline", "extent"],
 )
-def test_unequal_flanks_or_ends_do_not(contour):
-    assert not contour.symmetric
+def test_equal_flanks_and_ends_make_a_symmetric_contour(contour, symmetric):
+    assert contour.symmetric == symmetric
 
 
 def test_spline_through_mirrored_points_is_symmetric():
@@ -303,40 +231,18 @@ def test_spline_through_mirrored_points_is_symmetric():
     assert all(through_points(row, -(row**2) / 20).symmetric for row in y)
 
 
-# --- curvature -------------------------------------------------------------------------------------
-
-
-@each
-def test_curvature_is_the_derivative_of_the_inclination(contour):
-    h = 1e-3
-    s = away_from_joints(contour, 2 * h)
-    near = (contour.inclination(s + h) - contour.inclination(s - h)) / (2 * h)
-    wide = (contour.inclination(s + 2 * h) - contour.inclination(s - 2 * h)) / (4 * h)
-    # fourth order in h / 0.2 mm (the sharpest crown), of a derivative that is 5 there
-    np.testing.assert_allclose(contour.curvature(s), (4 * near - wide) / 3, rtol=0, atol=3e-7)
-
-
 # --- nearest ---------------------------------------------------------------------------------------
 
 
-@each
-@pytest.mark.parametrize("height", [0.0, -0.02, 0.03])
-def test_nearest_is_the_foot_of_the_normal_of_a_point_on_or_near_the_contour(contour, height):
-    s = np.linspace(contour.limits[0] - 2.7, contour.limits[1] + 3.4, 301)
-    points = contour.position(s) + height * contour.normal(s)
-    result = contour.nearest(points, (s[0] - 1.0, s[-1] + 1.0))
-    np.testing.assert_allclose(result, s, rtol=0, atol=1e-11)  # inversion: 1e-14 of 60 mm, both ways
-
-
-@pytest.mark.parametrize("height", [0.4, 5.0, 60.0])
+@pytest.mark.parametrize("height", [-0.02, 0.0, 0.03, 0.4, 5.0, 60.0])
 @pytest.mark.parametrize("name", SMOOTH)
-def test_nearest_is_the_foot_of_the_normal_at_any_distance_outside_of_a_curve(name, height):
+def test_nearest_is_the_foot_of_the_normal_near_a_contour_and_at_any_distance_outside(name, height):
     """Distances are 0.01 to 300 radii of curvature; normals do not meet where they diverge."""
     contour = SMOOTH[name]
     s = np.linspace(contour.limits[0] - 2.7, contour.limits[1] + 3.4, 301)
-    outside = -height if name == "groove" else height
-    result = contour.nearest(contour.position(s) + outside * contour.normal(s), (s[0] - 1.0, s[-1] + 1.0))
-    np.testing.assert_allclose(result, s, rtol=0, atol=1e-11)
+    points = contour.position(s) + (-height if name == "groove" else height) * contour.normal(s)
+    result = contour.nearest(points, (s[0] - 1.0, s[-1] + 1.0))
+    np.testing.assert_allclose(result, s, rtol=0, atol=1e-11)  # inversion: 1e-14 of 60 mm, both ways
 
 
 @each
@@ -354,9 +260,18 @@ def test_all_of_an_arc_is_nearest_to_its_centre():
     assert -4.5 <= result[0] <= 11.0
 
 
+def through(*y, y_centre=0.5):
+    return through_points(y, np.zeros(len(y)), y_centre)
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [
+        (lambda: through(0.0, 1.0, 2.5, 3.0, y_centre=9.5), r"9\.5"),
+        (lambda: through(0.0, 1.0, 2.5), "3 points: at least 4"),
+        (lambda: through(0.0, 1.0, np.nan, 3.0), "finite"),
+        (lambda: through(0.0, 1.5, 1.25, 3.0), r"point 3: y = 1\.25 after 1\.5"),
+        (lambda: through(0.0, 1.5, 2.5, 2.5), r"point 4: y = 2\.5 after 2\.5"),
         (lambda: arc(0.0, 0.3, 0.4), r"radius = 0\.0"),
         (lambda: arc(10.0, -0.3, 0.4), r"left flank inclination = -0\.3"),
         (lambda: ellipse(2.0, -1.0, 0.3, 0.4), r"d_el = -1\.0"),

@@ -1,8 +1,11 @@
+"""Surfaces of bodies, and the patches and lines on them."""
+
 import numpy as np
 import pytest
 
 from geometries.contours import arc, ellipse, plane, through_points
 from geometries.errors import WrongInput
+from geometries.patches import Patch, line_along_s, line_along_x
 from geometries.surfaces import LOWER, UPPER, Surface
 
 Y = np.linspace(-7.0, 9.0, 15)
@@ -49,12 +52,51 @@ def test_circles_have_the_radius_of_the_surface_and_angles_are_lag_over_their_me
     np.testing.assert_allclose(angle, 5.0 / (surface.circle_radius(S) + surface.circle_radius(1.0)) * 2)
 
 
-@pytest.mark.parametrize("radius", [0.0, -5.0, np.nan])
-def test_impossible_rolling_radii_are_refused(radius):
-    with pytest.raises(WrongInput, match=f"rolling_radius = {radius}: must be positive"):
-        Surface(UPPER, plane(), radius)
+@pytest.mark.parametrize(
+    ("side", "radius", "message"),
+    [
+        *((UPPER, radius, f"rolling_radius = {radius}: must be positive") for radius in (0.0, -5.0, np.nan)),
+        (0, 100.0, "side = 0: "),
+    ],
+)
+def test_impossible_surfaces_are_refused(side, radius, message):
+    with pytest.raises(WrongInput, match=message):
+        Surface(side, plane(), radius)
 
 
-def test_impossible_sides_are_refused():
-    with pytest.raises(WrongInput, match="side = 0: "):
-        Surface(0, plane())
+# --- patches and lines -----------------------------------------------------------------------------
+
+
+def test_area_is_that_of_both_full_sides():
+    assert Patch(a=0.3, b=0.2).area == pytest.approx((2 * 0.3) * (2 * 0.2), rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "s", "message"),
+    [
+        *(
+            (a, b, 0.0, rf"a = {a!r}, b = {b!r} must be positive")
+            for a, b in ((0.0, 0.2), (0.3, 0.0), (-0.3, -0.2), (np.nan, 0.2), (0.3, np.nan), (np.inf, 0.2))
+        ),
+        (1.0, 1.0, np.nan, "s = nan"),
+    ],
+)
+def test_impossible_patches_are_refused(a, b, s, message):
+    with pytest.raises(WrongInput, match=message):
+        Patch(a, b, s)
+
+
+def test_line_along_x_keeps_its_arc_length():
+    line = line_along_x(1.6, 25.0, 11)
+    assert (line.along, line.name) == ("x", "s = 1.6 mm")
+    np.testing.assert_array_equal(line.s, 1.6)
+    np.testing.assert_allclose(line.x, 5.0 * np.arange(-5, 6), rtol=1e-15)
+    np.testing.assert_array_equal(line.running, line.x)
+
+
+def test_line_along_s_keeps_its_distance():
+    line = line_along_s(-0.4, (-7.0, 2.0), 4)
+    assert (line.along, line.name) == ("s", "x = -0.4 mm")
+    np.testing.assert_array_equal(line.x, -0.4)
+    np.testing.assert_allclose(line.s, [-7.0, -4.0, -1.0, 2.0], rtol=1e-15)
+    np.testing.assert_array_equal(line.running, line.s)

@@ -10,7 +10,6 @@ from tests.truths.derivatives import gradient
 from tests.truths.sphere import (
     DEGREES,
     TERMS,
-    closed_sums,
     coefficients,
     compliance,
     frames,
@@ -68,14 +67,10 @@ def test_tractions_follow_from_displacements(n, which, nu):
 
 @NUS
 def test_compliance_turns_tractions_into_displacements(nu):
+    """Stress diag(-1, -1, 2) is of degree 2: traction 2 Y r + grad Y, displacement half of it."""
     for n in (2.0, 5.0, 40.0):
         U, V, T_r, T_t = (np.array(row) for row in regular_solutions(n, nu))
         np.testing.assert_allclose(compliance(n, nu) @ [T_r, T_t], [U, V], rtol=1e-12)
-
-
-@NUS
-def test_constant_deviator_of_stress_is_of_degree_2(nu):
-    """Stress diag(-1, -1, 2): traction 2 Y r + grad Y, displacement half of it, Y = P_2."""
     np.testing.assert_allclose(compliance(2.0, nu) @ [2, 1], [1, 0.5], rtol=1e-14)
 
 
@@ -125,20 +120,18 @@ def test_no_rigid_motion_is_left():
     np.testing.assert_allclose(np.einsum("tp,tpji->ij", weights, moments), 0, atol=1e-9)
 
 
-def test_work_of_a_constant_stress_equals_work_of_the_force():
+def test_work_of_a_constant_stress_and_of_a_twist_equals_work_of_the_force():
+    """(M x) x x has degree 2 and on the unit sphere with G = 1 the traction of its displacement."""
     stress = np.array([[1.3, -0.4, 0.8], [-0.4, 0.5, 0.2], [0.8, 0.2, -0.6]])
     strain = ((1 + SOFT.nu) * stress - SOFT.nu * np.trace(stress) * np.eye(3)) / SOFT.E
-    r, weights, u = over_sphere(LOAD)
-    work = np.einsum("tp,tpi,tpij->j", weights, r @ stress, u)
-    np.testing.assert_allclose(work, strain @ LOAD[2], rtol=0, atol=1e-8)
-
-
-def test_work_of_a_twist_equals_work_of_the_force():
-    """(M x) x x has degree 2 and on the unit sphere with G = 1 the traction of its displacement."""
     M = np.array([[1.0, 0.3, -0.5], [0.3, -0.2, 0.7], [-0.5, 0.7, -0.8]])
     r, weights, u = over_sphere(LOAD)
-    work = np.einsum("tp,tpi,tpij->j", weights, np.cross(r @ M, r), u)
-    np.testing.assert_allclose(work, np.cross(M @ LOAD[2], LOAD[2]), rtol=0, atol=1e-8)
+    for traction, work in (
+        (r @ stress, strain @ LOAD[2]),
+        (np.cross(r @ M, r), np.cross(M @ LOAD[2], LOAD[2])),
+    ):
+        found = np.einsum("tp,tpi,tpij->j", weights, traction, u)
+        np.testing.assert_allclose(found, work, rtol=0, atol=1e-8)
 
 
 # --- sums over the degrees -------------------------------------------------------------------------
@@ -156,15 +149,6 @@ def test_more_degrees_and_more_terms_change_nothing(nu):
             np.abs(green(material, 1.0, at, load, degrees=degrees, terms=terms) - u), axis=(-2, -1)
         )
         assert np.all(change * ANGLES < 1e-10)  # of 1 / (4 pi angle)
-
-
-def test_derivatives_of_the_closed_sums():
-    mu = np.array([-1.0, -0.4, 0.7, 0.999])
-    complex_step = closed_sums(np.sqrt(2 - 2 * (mu + 1e-30j)), TERMS)
-    value, first, second = np.real(complex_step)
-    np.testing.assert_allclose(np.imag(complex_step[:2]) / 1e-30, [first, second], rtol=1e-9)
-    of_1_over_n_plus_1 = np.log(1 + 1 / np.sin(np.arccos(mu) / 2))
-    np.testing.assert_allclose(value[1], of_1_over_n_plus_1, rtol=1e-12)
 
 
 def cut_off(mu, nu, degrees):
@@ -218,17 +202,12 @@ def test_a_large_sphere_is_a_half_space_to_1_over_radius(side):
         assert norms[0] < 0.02 * np.linalg.norm(a[:, j])
 
 
-def test_a_ball_above_is_the_mirror_image_of_one_below():
-    above, below = (sphere_ics(STEEL, 9.0, side, PATCH, X, S) for side in (+1, -1))
-    mirror = np.array([[1, 1, -1], [1, 1, -1], [-1, -1, 1]])[..., None]
-    np.testing.assert_array_equal(above, mirror * below)
-
-
-def test_mirrored_observers_mirror_the_matrix():
-    ics = sphere_ics(STEEL, 9.0, -1, PATCH, X, S)
-    for at, mirror in (((-X, S), [-1, 1, 1]), ((X, -S), [1, -1, 1])):
-        mirrored = np.einsum("i,ijp,j->ijp", mirror, ics, mirror)
-        np.testing.assert_allclose(sphere_ics(STEEL, 9.0, -1, PATCH, *at), mirrored, atol=1e-12 * ics.max())
+def test_mirror_images_in_the_equator_the_meridian_and_the_tangent_plane():
+    below = sphere_ics(STEEL, 9.0, -1, PATCH, X, S)
+    for side, x, s, mirror in ((-1, -X, S, [-1, 1, 1]), (-1, X, -S, [1, -1, 1]), (+1, X, S, [1, 1, -1])):
+        mirrored = np.einsum("i,ijp,j->ijp", mirror, below, mirror)
+        found = sphere_ics(STEEL, 9.0, side, PATCH, x, s)
+        np.testing.assert_allclose(found, mirrored, atol=1e-12 * below.max())
 
 
 def test_paths_over_the_pole_and_along_the_parallel_meet():

@@ -60,18 +60,19 @@ def test_vanishing_and_shares_do_not_depend_on_units_or_on_the_sign_of_c_nn(c, u
 
 
 def test_an_error_is_a_share_of_the_component_itself_over_all_lines(c):
-    near = measure(c).shares(exceeds((X, N), -0.01, 1))
+    """Unlike the scale of refinement, which has C_nn in it; zero for a nonzero C is an error of 100 %."""
+    near, far = (measure(c).shares(exceeds((X, N), *at)) for at in ((-0.01, 1), (0.005, 4)))
     assert near[NEAR][X, N] == pytest.approx(0.5)  # of 0.02, however small beside C_nn
-    assert near[FAR][X, N] == 0
-    far = measure(c).shares(exceeds((X, N), 0.005, 4))
     assert far[FAR][X, N] == pytest.approx(0.25)  # of 0.02 on the other line, not of 0.005
-    assert far[NEAR][X, N] == 0
-
-
-def test_zero_for_a_nonzero_c_is_an_error_of_100_percent(c):
-    assert measure(c).shares(-c)[NEAR][X, N] == 1
-    assert measure(c).shares(-c)[NEAR][N, N] == 1
-    assert measure(c).shares(-c)[FAR][N, N] == pytest.approx(1 / 4)
+    assert near[FAR][X, N] == far[NEAR][X, N] == 0
+    none = measure(c).shares(-c)
+    assert none[NEAR][X, N] == none[NEAR][N, N] == 1
+    assert none[FAR][N, N] == pytest.approx(1 / 4)
+    other, of_one_line = c.copy(), replace(measure(c), lines={NEAR: LINES[NEAR]})
+    other[N, N] *= 10
+    other[X, N, 5] = 7.0  # on no line
+    alone = replace(measure(other), lines=of_one_line.lines).shares(exceeds((X, N), -0.01, 1))
+    assert alone[NEAR][X, N] == of_one_line.shares(exceeds((X, N), -0.01, 1))[NEAR][X, N] == near[NEAR][X, N]
 
 
 @pytest.mark.parametrize(("known", "gone"), [(0.0019, False), (0.0021, True)])
@@ -85,7 +86,7 @@ def test_a_component_below_ten_times_its_estimate_vanishes(c, known, gone):
     assert not of_c.vanishing[N, N]
 
 
-def test_rms_is_a_share_of_the_same(c):
+def test_rms_is_a_share_of_the_same_and_the_weight_one_of_nn_on_the_line(c):
     off = np.zeros_like(c)
     off[X, N] = [0.01, -0.01, 0.02, 0, 0, 0]
     off[S, N] = 0.3
@@ -93,12 +94,8 @@ def test_rms_is_a_share_of_the_same(c):
     assert rms[NEAR][X, N] == pytest.approx(np.sqrt((1 + 1 + 4) / 3) / 2)
     assert rms[FAR][X, N] == 0
     assert rms[FAR][S, N] == pytest.approx(0.3 / 0.2)
-
-
-def test_the_weight_is_a_share_of_nn_on_the_line(c):
     weights = measure(c).weights(exceeds((X, N), -0.01, 1) + exceeds((X, N), 0.02, 3))
-    assert weights[NEAR][X, N] == pytest.approx(0.01 / 4)
-    assert weights[FAR][X, N] == pytest.approx(0.02 / 1)
+    assert (weights[NEAR][X, N], weights[FAR][X, N]) == pytest.approx((0.01 / 4, 0.02 / 1))
 
 
 def test_a_nn_takes_the_place_of_an_nn_that_was_not_computed(c):
@@ -125,21 +122,6 @@ def test_a_line_more_changes_shares_only_where_its_c_is_larger(c):
     assert ratios[X, N] == pytest.approx(4)
     assert ratios[S, N] == pytest.approx(4)  # a share of 0.05 C_nn, which is a quarter
     np.testing.assert_array_equal(alone.weights(off)[FAR], both.weights(off)[FAR])
-
-
-def test_other_components_do_not_matter(c):
-    """Unlike the scale of refinement, which has C_nn in it."""
-    off = exceeds((X, N), 0.01, 1)
-    larger = c.copy()
-    larger[N, N] *= 10
-    assert measure(larger).shares(off)[NEAR][X, N] == measure(c).shares(off)[NEAR][X, N]
-    assert measure(larger).weights(off)[NEAR][X, N] == pytest.approx(measure(c).weights(off)[NEAR][X, N] / 10)
-
-
-def test_points_of_no_line_do_not_count(c):
-    of_c = replace(measure(c), lines={NEAR: LINES[NEAR]})
-    c[X, N, 5] = 7.0
-    assert of_c.shares(exceeds((X, N), 0.01, 1))[NEAR][X, N] == pytest.approx(0.5)
 
 
 def test_the_peak_under_the_load_does_not_hide_errors_away_from_it(c):

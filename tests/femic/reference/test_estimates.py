@@ -21,13 +21,12 @@ from femic.reference.result import (
     total,
     worst,
 )
-from femic.reference.run_options import HIGHER, MODELS, Level, factors
+from femic.reference.run_options import HIGHER, Level, factors
 from geometries.patches import Patch
 from tests.femic.reference.conftest import COARSE, JOB, changed
 
 COST = Cost(1, 1, "none", (), 0.0, {}, 0.0)
 RNG = np.random.default_rng(5)
-SIGNS = RNG.choice([-1.0, 1.0], (3, 3, 4))
 EXACT = RNG.normal(size=(3, 3, 4))
 ERROR = 0.01 * (EXACT + np.swapaxes(EXACT, 0, 1))  # alike for ij and ji
 SAFETY = {"solid": 1.25, "harmonic": 2.0}
@@ -37,12 +36,13 @@ SAFETY = {"solid": 1.25, "harmonic": 2.0}
 
 
 @pytest.mark.parametrize("engine", SAFETY)
-def test_a_mesh_error_of_the_assumed_order_is_bounded_with_its_safety(engine):
-    """Errors of coarse cells are 1.5^2 times those of fine ones: the difference tells them."""
-    ic, coarse = EXACT + ERROR, EXACT + 1.5**2 * ERROR
-    result = estimated(ic, {"coarser": coarse, "nearer": ic}, safety=ENGINES[engine].safety)
+def test_errors_of_the_assumed_orders_are_bounded_with_their_safety(engine):
+    """Errors of coarse cells are 1.5^order times those of fine ones: the difference tells them."""
+    ic, mesh, truncation = EXACT + ERROR, np.array([2, 1, 2, 1]), np.array([2, 2, 1, 1])
+    less = {"coarser": EXACT + 1.5**mesh * ERROR, "nearer": EXACT + 2.0**truncation * ERROR}
+    result = estimated(ic, less, safety=ENGINES[engine].safety, orders=(mesh, truncation))
     np.testing.assert_allclose(result.mesh_error, SAFETY[engine] * np.abs(ERROR))
-    assert np.all(result.truncation_error == 0)
+    np.testing.assert_allclose(result.truncation_error, 1.25 * np.abs(ERROR))
     assert np.all(result.waves_error == 0)
     assert result.ic is ic
 
@@ -53,21 +53,6 @@ def test_parts_add_up_and_do_not_cancel():
     result = estimated(ic, less | {"coarser": EXACT + 2.25 * ERROR}, safety=2.0)
     np.testing.assert_allclose(result.waves_error, 1.25 * 2 * np.abs(ERROR))  # 2 ERROR / (3 - 1): as above
     np.testing.assert_allclose(result.estimate, (2.0 + 1.25 + 2.5) * np.abs(ERROR))
-
-
-def test_orders_may_differ_from_point_to_point():
-    ic, (mesh, truncation) = EXACT + ERROR, (np.array([2, 1, 2, 1]), np.array([2, 2, 1, 1]))
-    result = estimated(
-        ic,
-        {
-            "coarser": EXACT + 1.5**mesh * ERROR,
-            "nearer": EXACT + 2.0**truncation * ERROR,
-        },
-        safety=1.25,
-        orders=(mesh, truncation),
-    )
-    np.testing.assert_allclose(result.mesh_error, 1.25 * np.abs(ERROR))
-    np.testing.assert_allclose(result.truncation_error, 1.25 * np.abs(ERROR))
 
 
 def test_unsolved_components_are_nan_and_do_not_affect_their_transposes():
@@ -127,21 +112,10 @@ TRUNCATION = {  # a third of the far radius from the load on
 }
 
 
-PATCH_AT = Patch(A, B, AT)
-
-
-def points_at(places):
-    return Points(*np.array(list(places)).T)
-
-
-def test_on_the_outline_of_the_patch_the_mesh_error_falls_slowly():
-    result = orders_at(PATCH_AT, points_at(MESH), FAR)[0]
-    assert dict(zip(MESH, result.tolist(), strict=True)) == MESH
-
-
-def test_close_to_the_far_arc_truncation_falls_slowly():
-    result = orders_at(PATCH_AT, points_at(TRUNCATION), FAR)[1]
-    assert dict(zip(TRUNCATION, result.tolist(), strict=True)) == TRUNCATION
+@pytest.mark.parametrize(("part", "orders"), [(0, MESH), (1, TRUNCATION)], ids=["mesh", "truncation"])
+def test_errors_fall_slowly_on_the_outline_of_the_patch_and_close_to_the_far_arc(part, orders):
+    result = orders_at(Patch(A, B, AT), Points(*np.array(list(orders)).T), FAR)[part]
+    assert dict(zip(orders, result.tolist(), strict=True)) == orders
 
 
 def made_up(job, u_of):
@@ -171,15 +145,6 @@ def discounted_difference(job, one, other):
     return np.abs(discounted(job, one)[0] - discounted(job, other)[0])[2, 2]
 
 
-def test_models_differ_in_cells_and_domain_only_as_stated():
-    fine, coarse, small = (JOB.request(level) for level in Level().models(MODELS).values())
-    assert coarse.cells == JOB.first_cells.scaled(1.5)
-    assert small.cells == coarse.cells
-    assert small.body.domain == JOB.body.domain.scaled(0.5)
-    assert fine.body == coarse.body == JOB.body
-    assert fine.loads == coarse.loads == small.loads
-
-
 @pytest.mark.parametrize(
     ("part", "share"),
     [("mesh_error", lambda cells, _: cells**2), ("truncation_error", lambda _, domain: domain**-2)],
@@ -199,8 +164,7 @@ def test_estimates_are_a_quarter_above_errors_of_second_order(part, share):
 
 def asked(tolerance, scale, waves):
     """The harmonic engine's request for a model of a tolerance, a least scale and refined wavenumbers."""
-    model = Request(JOB.body, JOB.loads, JOB.points, COARSE, "auto", tolerance, scale, waves)
-    return HARMONIC.request(model)
+    return HARMONIC.request(Request(JOB.body, JOB.loads, JOB.points, COARSE, "auto", tolerance, scale, waves))
 
 
 @pytest.mark.parametrize("waves", [0, 1, 3])
@@ -263,20 +227,16 @@ def ics(**curves):
     return result
 
 
-def test_scales_are_of_each_line_by_itself():
+def test_scales_are_of_each_line_by_itself_and_at_least_a_twentieth_of_c_nn_where_that_was_solved():
     result = scales([TWO], ics(nn=[4, -8, 2, 1, -1], sn=[-3, 1, 0, 1.5, -1]))
     assert (result["one"][2, 2], result["other"][2, 2]) == (8, 2)
     assert (result["one"][1, 2], result["other"][1, 2]) == (3, 1.5)
-
-
-def test_the_scale_of_a_small_component_is_a_twentieth_of_c_nn_where_that_was_solved():
     small = ics(nn=[4, -8, 2, 1, -1], sn=0.01)
     result = scales([TWO], small)
     assert (result["one"][1, 2], result["other"][1, 2]) == pytest.approx((0.05 * 8, 0.05 * 2))
-    without = small.copy()
-    without[2, 2] = np.nan
+    small[2, 2] = np.nan
     a_nn = np.abs(TWO.half_space_nn[TWO.lines["one"]])
-    assert scales([TWO, TWO], without)["one"][1, 2] == pytest.approx(max(0.01, 0.05 * 2 * np.max(a_nn)))
+    assert scales([TWO, TWO], small)["one"][1, 2] == pytest.approx(max(0.01, 0.05 * 2 * np.max(a_nn)))
 
 
 def test_where_nn_was_not_solved_small_components_are_judged_by_that_of_a_point_load():
@@ -338,20 +298,12 @@ def test_shares_are_those_of_each_part_and_of_their_sum():
 
 def test_bodies_add_up_and_so_do_their_estimates():
     """Opposite ICs cancel, errors do not."""
-    one, other = (
-        EstimatedICs(
-            *(sign * k * np.ones((3, 3, 2)) for sign, k in zip((s, 1, 1, 1), (1, 2, 3, 4), strict=True))
-        )
-        for s in (1, -1)
-    )
+    parts = np.arange(1.0, 5.0)[:, None, None, None] * np.ones((4, 3, 3, 2))
+    one, other = EstimatedICs(*parts), EstimatedICs(-parts[0], *parts[1:])
     both = total([one, other])
     assert np.all(both.ic == 0)
-    assert [np.unique(v).tolist() for v in (both.mesh_error, both.truncation_error, both.waves_error)] == [
-        [4],
-        [6],
-        [8],
-    ]
-    np.testing.assert_array_equal(total([one]).mesh_error, one.mesh_error)
+    np.testing.assert_array_equal(both.errors, 2 * parts[1:])
+    np.testing.assert_array_equal(total([one]).errors, parts[1:])
     other.ic[0, 0] = np.nan
     assert np.all(np.isnan(total([one, other]).ic[0, 0]))
     assert np.all(np.isfinite(total([one, other]).ic[1, 1]))
@@ -359,8 +311,6 @@ def test_bodies_add_up_and_so_do_their_estimates():
 
 def test_costs_are_named_and_those_of_earlier_rounds_are_counted():
     models = {Level(cells=k): RawICs(np.empty(0), replace(COST, unknowns=k)) for k in (-1, 0, 1, 2)}
-    result = {
-        name: cost.unknowns
-        for name, cost in model_costs(Level(cells=2).models(("fine", "coarse")), models).items()
-    }
-    assert result == {"fine": 2, "coarse": 1, "earlier 1": -1, "earlier 2": 0}
+    costs = model_costs(Level(cells=2).models(("fine", "coarse")), models)
+    unknowns = {name: cost.unknowns for name, cost in costs.items()}
+    assert unknowns == {"fine": 2, "coarse": 1, "earlier 1": -1, "earlier 2": 0}

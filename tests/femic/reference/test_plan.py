@@ -101,15 +101,12 @@ def test_workers_share_the_eliminations(monkeypatch, least, speed_up):
     assert times[4] == pytest.approx(2 * times[8])
 
 
-def test_unknowns_are_those_of_the_mesh_and_memory_grows_with_them():
+def test_memory_grows_with_the_unknowns_of_the_mesh_and_with_each_of_at_most_eight_processes(monkeypatch):
     result, finer = (HARMONIC.expected_cost(asked, 1) for asked in (TASK.request, FINER))
     assert result.unknowns == unknowns_of(TASK.request)
     assert result.memory == pytest.approx(200 + 0.012 * result.unknowns)
     assert finer.unknowns > 1.5 * result.unknowns
     assert not result.half_section
-
-
-def test_each_process_takes_memory_and_no_more_than_eight_are_begun(monkeypatch):
     monkeypatch.setattr(plan, "UNKNOWNS_FOR_PROCESSES", 0)
     two, eight, many = (HARMONIC.expected_cost(TASK.request, n) for n in (2, 8, 64))
     assert two.memory == pytest.approx(200 + 2 * (200 + 0.006 * two.unknowns))

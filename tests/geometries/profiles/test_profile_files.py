@@ -13,6 +13,7 @@ from geometries.profiles.profile import Profile
 from geometries.profiles.text import Rows, drop_zigzags
 
 SECTIONS = {"rail": rail(), "wheel": wheel()}
+DOWN = rail() * [[1.0], [-1.0]]  # of the rail, z down
 ROUNDING = 1e-12  # [mm]; coordinates of 100 mm, times or divided by a unit
 
 
@@ -80,22 +81,19 @@ def test_keys_of_a_block_undo_a_disguise(tmp_path):
     np.testing.assert_allclose(profile.points, points, rtol=0, atol=1e-12)
 
 
-def test_a_unit_that_differs_from_the_key_is_refused(tmp_path):
-    path = save(
-        tmp_path, "r.prr", block_text(SECTIONS["rail"] * [[1 / 25.4], [-1 / 25.4]], units_len_f=1000 / 25.4)
-    )
-    np.testing.assert_allclose(read_profile(path).points, SECTIONS["rail"], rtol=0, atol=1e-12)
-    assert np.array_equal(read_profile(path, unit="inch").points, read_profile(path).points)
-    rounded = save(tmp_path, "q.prr", path.read_text().replace(repr(1000 / 25.4), "39.37"))
-    assert np.array_equal(read_profile(rounded, unit="inch").points, read_profile(rounded).points)
-    with pytest.raises(WrongInput, match=r"unit = 'mm': units\.len\.f says otherwise"):
-        read_profile(path, unit="mm")
-
-
-def test_without_the_key_of_the_unit_a_block_is_in_metres(tmp_path):
-    text = block_text(SECTIONS["rail"] * [[0.001], [-0.001]]).replace("units.len.f = 1000\n", "")
+@pytest.mark.parametrize(
+    ("key", "unit"), [("units.len.f = 1000\n", None), ("units.len.f = 1000\n", "inch"), ("", "m")]
+)
+def test_the_unit_of_a_block_is_that_of_its_key_or_metres_and_no_other(tmp_path, key, unit):
+    factor = {None: 1000.0, "inch": 1000 / 25.4, "m": 1.0}[unit]
+    text = block_text(DOWN * factor / 1000).replace("units.len.f = 1000\n", key.replace("1000", repr(factor)))
     path = save(tmp_path, "r.prr", text)
-    np.testing.assert_allclose(read_profile(path).points, SECTIONS["rail"], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(read_profile(path).points, SECTIONS["rail"], rtol=0, atol=ROUNDING)
+    rounded = save(tmp_path, "q.prr", text.replace(repr(1000 / 25.4), "39.37"))
+    assert np.array_equal(read_profile(rounded, unit=unit).points, read_profile(rounded).points)
+    if key:
+        with pytest.raises(WrongInput, match=r"unit = '\w+': units\.len\.f says otherwise"):
+            read_profile(path, unit="m" if unit is None else "mm")
 
 
 # --- the order of the steps of a spline block ------------------------------------------------------
@@ -137,41 +135,34 @@ def test_steps_of_a_spline_block_are_done_in_their_order(tmp_path, mirror_y, mir
 
 
 def test_bounds_without_a_range_have_no_effect(tmp_path):
-    down = SECTIONS["rail"] * [[1.0], [-1.0]]
     keys = {"bound_y_min": 1.0, "bound_y_max": 0.0, "bound_z_min": 2.0, "bound_z_max": 2.0}
     plain, bounded = (
-        read_profile(save(tmp_path, "r.prr", block_text(down, **extra))) for extra in ({}, keys)
+        read_profile(save(tmp_path, "r.prr", block_text(DOWN, **extra))) for extra in ({}, keys)
     )
     assert np.array_equal(plain.points, bounded.points)
 
 
 def test_points_too_near_and_zigzags_are_left_out(tmp_path):
-    down = SECTIONS["rail"] * [[1.0], [-1.0]]
-    near = np.insert(down, 21, down[:, 20] + [0.01, 0.0], axis=1)
+    near = np.insert(DOWN, 21, DOWN[:, 20] + [0.01, 0.0], axis=1)
     path = save(tmp_path, "r.prr", block_text(near, point_dist_min=0.02))
     assert np.array_equal(read_profile(path).points, SECTIONS["rail"])
     # to and fro between points 30 and 31: the way from 30 over two points back and on to 31
-    chord = down[:, 31] - down[:, 30]
-    there = np.stack([down[:, 30] + 0.8 * chord, down[:, 30] + 0.3 * chord], axis=1)
-    zigzag = np.concatenate([down[:, :31], there, down[:, 31:]], axis=1)
-    for text in (zigzag, zigzag[:, ::-1]):
-        profile = read_profile(save(tmp_path, "z.prr", block_text(text)))
+    chord = DOWN[:, 31] - DOWN[:, 30]
+    there = DOWN[:, 30:31] + np.outer(chord, [0.8, 0.3])
+    zigzag = np.insert(DOWN, [31, 31], there, axis=1)
+    for points in (zigzag, zigzag[:, ::-1]):
+        profile = read_profile(save(tmp_path, "z.prr", block_text(points)))
         assert np.array_equal(profile.points, SECTIONS["rail"])
         assert any(note.startswith("2 points of zigzags") for note in profile.notes)
 
 
 def test_a_hairpin_is_no_zigzag():
-    points = np.array(
-        [[0, 1, 2, 1.8, 0.8, -0.2], [0, 0, 0, -0.9, -0.6, -0.6]]
-    )  # right, back down, on to the left
-    rows = Rows(points, np.arange(6), np.zeros_like(points))
-    assert drop_zigzags(rows) == (rows, [])
-    zigzag = Rows(
-        points * [[1, 1, 1, 1, -1, -1], [1, 1, 1, 1, 1, 1]] + [[0, 0, 0, 0, 4, 4], [0] * 6],
-        np.arange(6),
-        np.zeros_like(points),
-    )
-    assert np.array_equal(drop_zigzags(zigzag)[0].lines, [0, 1, 4, 5])
+    """Right, back down, and on to the left; a zigzag goes on to the right."""
+    hairpin = np.array([[0, 1, 2, 1.8, 0.8, -0.2], [0, 0, 0, -0.9, -0.6, -0.6]])
+    zigzag = np.stack([[0, 1, 2, 1.8, 3.2, 4.2], hairpin[1]])
+    for points, lines in ((hairpin, [0, 1, 2, 3, 4, 5]), (zigzag, [0, 1, 4, 5])):
+        rows = Rows(points, np.arange(6), np.zeros_like(points))
+        assert drop_zigzags(rows)[0].lines.tolist() == lines
 
 
 # --- writing ---------------------------------------------------------------------------------------
@@ -190,17 +181,21 @@ def test_reading_what_was_written_is_the_identity(tmp_path, kind):
     assert np.array_equal(read_profile(path).points, points)
 
 
-def test_what_would_not_be_read_back_is_not_written(tmp_path):
-    points = rail()
-    with pytest.raises(WrongInput, match=r"must end in \.prr"):
-        write_profile(Profile("rail", points), tmp_path / "r.prw")
-    for wrong in (np.repeat(points, 2, axis=1), points * np.nan, points[:, :3], points[::-1] * 0):
-        with pytest.raises(WrongInput):
-            write_profile(Profile("rail", wrong), tmp_path / "r.prr")
-    with pytest.raises(WrongInput, match="the flange of this wheel shows"):  # y to the track centre
-        write_profile(Profile("wheel", (wheel() * [[-1.0], [1.0]])[:, ::-1]), tmp_path / "w.prw")
-    with pytest.raises(WrongInput, match="cannot be written"):
-        write_profile(Profile("rail", points), tmp_path / "missing" / "r.prr")
+@pytest.mark.parametrize(
+    ("kind", "points", "name", "message"),
+    [
+        ("rail", rail(), "r.prw", r"must end in \.prr"),
+        ("rail", np.repeat(rail(), 2, axis=1), "r.prr", "61 when read back: leave out repeated points"),
+        ("rail", rail() * np.nan, "r.prr", "y = nan: not a finite number"),
+        ("rail", rail()[:, :3], "r.prr", "3 points are left; a profile needs 4"),
+        ("rail", 0 * rail(), "r.prr", "1 points are left; a profile needs 4"),
+        ("wheel", (wheel() * [[-1.0], [1.0]])[:, ::-1], "w.prw", "the flange of this wheel shows"),
+        ("rail", rail(), "missing/r.prr", "cannot be written"),
+    ],
+)
+def test_what_would_not_be_read_back_is_not_written(tmp_path, kind, points, name, message):
+    with pytest.raises(WrongInput, match=message):
+        write_profile(Profile(kind, points), tmp_path / name)
     assert not list(tmp_path.iterdir())
 
 
@@ -251,37 +246,42 @@ def both_ways(points):
         )
 
 
-def test_shapes_show_their_axes():
-    for points, axes in both_ways(rail()):
-        assert axes_by_shape("rail", points) == Axes(None, axes.z)
-    for points, axes in both_ways(wheel()):
-        assert axes_by_shape("wheel", points) == axes
-    crown = rail()[:, 20:-20]  # a head without faces
-    for points, axes in both_ways(crown):
-        assert axes_by_shape("rail", points) == Axes(None, axes.z)
-    faces = np.concatenate(
-        [wheel(), [[137.0, 137.0], [0.0, 30.0]]], axis=1
-    )  # an outer face as high as the flange
-    for points, axes in both_ways(faces):
-        assert axes_by_shape("wheel", points) == axes
+CROWN = rail()[:, 20:-20]  # a head without faces
+FACES = np.append(wheel(), [[137.0, 137.0], [0.0, 30.0]], axis=1)  # an outer face as high as the flange
 
 
-def test_shapes_that_show_no_axes_are_not_guessed():
-    half_flange = wheel(401)
-    half_flange = half_flange[:, np.argmin(half_flange[1]) :]  # from the tip on
-    for points, _ in both_ways(half_flange):
-        assert axes_by_shape("wheel", points) == Axes()
-    # a rail beside a guard rail: turned over, it could be a head with a foot
-    guard = rail() - [[110.0], [0.0]]
-    bottom = np.array([[-70.0, -60.0, -50.0, -40.0], [-50.0] * 4])
-    for points, _ in both_ways(np.concatenate([guard[:, 20:], bottom, rail()[:, :-20]], axis=1)):
-        assert axes_by_shape("rail", points) == Axes()
+@pytest.mark.parametrize(
+    ("kind", "shape"), [("rail", rail()), ("rail", CROWN), ("wheel", wheel()), ("wheel", FACES)]
+)
+def test_shapes_show_their_axes(kind, shape):
+    """Of a rail its height alone."""
+    for points, axes in both_ways(shape):
+        assert axes_by_shape(kind, points) == Axes(axes.y if kind == "wheel" else None, axes.z)
+
+
+HALF_FLANGE = wheel(401)[:, np.argmin(wheel(401)[1]) :]  # from the tip on
+BOTTOM = np.array([[-70.0, -60.0, -50.0, -40.0], [-50.0] * 4])
+# a rail beside a guard rail: turned over, it could be a head with a foot
+GUARDED = np.concatenate([rail()[:, 20:] - [[110.0], [0.0]], BOTTOM, rail()[:, :-20]], axis=1)
+WAVES = np.stack([np.arange(60.0), np.sin(np.arange(60.0) / 5)])
+
+
+@pytest.mark.parametrize(
+    ("kind", "shape"),
+    [("wheel", HALF_FLANGE), ("rail", GUARDED), ("rail", WAVES)],
+    ids=["wheel", "rail", "waves"],
+)
+def test_shapes_that_show_no_axes_are_not_guessed(kind, shape):
+    for points, _ in both_ways(shape):
+        assert axes_by_shape(kind, points) == Axes()
+
+
+def test_a_whole_rail_is_not_turned_over():
+    """Its axes are known or not, but not the others."""
     foot = np.stack([[-75, -60, -20, -10, -36, -36, 36, 36, 10, 20, 60, 75.0], [0, 11, 20, 35, 135, 172] * 2])
     foot[1, 6:] = foot[1, 5::-1]
-    for points, axes in both_ways(foot):  # a whole rail: known or not, but not turned over
+    for points, axes in both_ways(foot):
         assert not axes_by_shape("rail", points).contradicts(axes)
-    for points, _ in both_ways(np.stack([np.arange(60.0), np.sin(np.arange(60.0) / 5)])):
-        assert axes_by_shape("rail", points) == Axes()
 
 
 def test_a_rail_upside_down_is_refused(tmp_path):
@@ -316,19 +316,15 @@ def test_a_part_of_a_rail_that_is_no_running_surface_is_refused(tmp_path):
         read_profile(path, "rail", axes="field up", unit="mm", surface=2)
 
 
-def test_wheels_and_rails_are_told_apart(tmp_path):
-    for points, kind, axes in both_kinds():
+@pytest.mark.parametrize(("kind", "points"), [("rail", wheel()), ("wheel", rail())])
+def test_wheels_and_rails_are_told_apart(tmp_path, kind, points):
+    """Wheels said to be rails, and rails said to be wheels, with their axes in all ways."""
+    for turned, axes in both_ways(points):
+        path = save(tmp_path, "s.txt", columns_text(turned))
         with pytest.raises(
             WrongInput, match=f"kind = '{kind}': (it has the flange of a wheel|both ends lie)"
         ):
-            read_profile(save(tmp_path, "s.txt", columns_text(points)), kind, axes=axes)
-
-
-def both_kinds():
-    """Wheels said to be rails, and rails said to be wheels, with their axes in all ways."""
-    for kind, points in (("rail", wheel()), ("wheel", rail())):
-        for turned, axes in both_ways(points):
-            yield turned, kind, str(axes)
+            read_profile(path, kind, axes=str(axes))
 
 
 def test_points_that_nearly_repeat_each_other_are_one(tmp_path):

@@ -66,7 +66,7 @@ def is_simple(points):
 
 
 @pytest.mark.parametrize("name", [*RAILS, *WHEELS])
-def test_points_are_those_of_the_file_up_to_signs_and_order(name):
+def test_points_are_those_of_the_file_up_to_signs_and_order_also_written_and_read(tmp_path, name):
     profile = sample(name, **RAILS.get(name, {}))
     assert profile.kind == ("rail" if name in RAILS else "wheel")
     ours = {tuple(np.round(point, 9)) for point in np.abs(profile.points).T}
@@ -76,20 +76,19 @@ def test_points_are_those_of_the_file_up_to_signs_and_order(name):
     most = {"guard_rail_test.ban": 1065, "MBench_UIC60_v3.prr": 21}
     assert len(theirs - ours) <= most.get(name, 4)
     assert is_simple(profile.points)
+    path = tmp_path / ("s.prr" if profile.kind == "rail" else "s.prw")
+    write_profile(profile, path)
+    assert np.array_equal(read_profile(path).points, profile.points)
 
 
 @pytest.mark.parametrize("name", RAILS)
 def test_rails_are_heads_with_the_top_up(name):
     y, z = points = sample(name, **RAILS[name]).points
-    width = np.ptp(y)
-    assert (55 if name == "avg_HR.BAN" else 60) < width < 90
-    assert y[0] < y[-1]
-    top = np.argmax(z)
-    near = z > z[top] - 2  # the running band is nearly level, and wide
-    assert np.ptp(y[near]) > 20
-    lowest_end = min(z[0], z[-1])
-    assert np.min(z) > lowest_end - 1  # faces hang down from it, at least on one side
-    assert 15 < z[top] - lowest_end < 45
+    assert (55 if name == "avg_HR.BAN" else 60) < np.ptp(y) < 90
+    assert np.ptp(y[z > np.max(z) - 2]) > 20  # the running band is nearly level, and wide
+    lowest_end = min(z[0], z[-1])  # faces hang down, at least on one side
+    assert np.min(z) > lowest_end - 1
+    assert 15 < np.max(z) - lowest_end < 45
     # the way along the surface has the metal on its right: it turns right from face to face
     chords = np.diff(at(points, np.linspace(0, 1, 60)), axis=1)
     directions = np.unwrap(np.arctan2(chords[1], chords[0]))
@@ -135,28 +134,6 @@ def test_one_rail_in_two_formats_is_one_rail():
     np.testing.assert_allclose(at(miniprof, s), at(block, s), rtol=0, atol=2e-2)
 
 
-def test_the_canted_60e1_touches_its_top_to_the_field_side_of_its_middle():
-    """Canted 1:40 inwards, the highest point of a head moves to the field side by about 300 / 40 mm."""
-    y, z = sample("MBench_UIC60_v3.prr").points
-    middle = (np.min(y[z > -14]) + np.max(y[z > -14])) / 2
-    assert 4 < y[np.argmax(z)] - middle < 10
-
-
-def test_s1002_is_conical_outside_and_has_its_origin_at_the_taping_line():
-    y, z = sample("MBench_S1002_v3.prw").points
-    assert np.interp(0, y, z) == pytest.approx(0, abs=1e-3)
-    assert y[0] == pytest.approx(-70, abs=0.5)
-    slope = (z[-1] - np.interp(50, y, z)) / (y[-1] - 50)
-    assert slope == pytest.approx(1 / 15, rel=0.01)  # 6.67 % of EN 13715
-    assert -np.min(z) == pytest.approx(28, abs=0.01)
-
-
-def test_the_worn_wheel_is_thinner_and_higher_than_a_new_one():
-    worn, new = sample("worn_high_mileage.prw").points, sample("MBench_S1002_v3.prw").points
-    heights = [np.interp(np.min(y) + 70, y[30:], z[30:]) - np.min(z) for y, z in (worn, new)]
-    assert heights[0] > heights[1] + 5
-
-
 def test_the_two_surfaces_of_a_guard_rail():
     sample("guard_rail_test.ban", axes="centre up", surface=1)
     path = SAMPLES / "guard_rail_test.ban"
@@ -167,11 +144,3 @@ def test_the_two_surfaces_of_a_guard_rail():
     np.testing.assert_allclose([running[0].min(), running[0].max()], [0, 67.2822], atol=1e-9)
     np.testing.assert_allclose([guard[0].min(), guard[0].max()], [-130.5875, -50.5875], atol=1e-4)
     assert np.max(guard[0]) < np.min(running[0])
-
-
-@pytest.mark.parametrize("name", [*RAILS, *WHEELS])
-def test_samples_are_the_same_when_written_and_read(tmp_path, name):
-    profile = sample(name, **RAILS.get(name, {}))
-    path = tmp_path / ("s.prr" if profile.kind == "rail" else "s.prw")
-    write_profile(profile, path)
-    assert np.array_equal(read_profile(path).points, profile.points)

@@ -40,7 +40,7 @@ def save(folder, text, name="list.slcs"):
     return path
 
 
-def test_a_list_gives_positions_profiles_and_features(folder):
+def test_a_list_gives_positions_profiles_and_features_or_none(folder):
     sections = read_sections(save(folder, LIST))
     positions = [section.position for section in sections.sections]
     np.testing.assert_allclose(positions, [1000 * (2 + s) for s in (-1.0, 0.5, 3.0)], rtol=1e-15)
@@ -53,14 +53,9 @@ def test_a_list_gives_positions_profiles_and_features(folder):
         (0.0, 10.5, 12.0, 20.0),
         (None, 10.0, 12.0, 20.0),
     ]
-
-
-def test_a_list_without_features(folder):
-    text = "0 1\n2\n0 0 0\n1\n0 a.prr\n1 'a.prr'\n"
-    sections = read_sections(save(folder, text))
-    assert (len(sections.sections), sections.interpolation) == (2, "spline")
-    assert sections.sections[0].profile is sections.sections[1].profile  # read once
-    assert sections.sections[0].features == ()
+    bare = read_sections(save(folder, "0 1\n2\n0 0 0\n1\n0 a.prr\n1 'a.prr'\n"))
+    assert (len(bare.sections), bare.interpolation, bare.sections[0].features) == (2, "spline", ())
+    assert bare.sections[0].profile is bare.sections[1].profile  # read once
 
 
 @pytest.mark.parametrize(
@@ -103,13 +98,17 @@ def test_a_wrong_profile_is_named_by_both_files_and_lines(folder):
     assert str(error.value).startswith(f"{path}, line 6: {bad}, line 3: ")
 
 
-def test_the_ending_says_what_a_file_is(folder):
-    with pytest.raises(WrongInput, match=r"must end in \.slcs"):
-        read_sections(folder / "a.prr")
-    with pytest.raises(WrongInput, match="read_sections and read_section"):
-        read_profile(save(folder, LIST))
-    with pytest.raises(WrongInput, match="kind = 'wheel'"):
-        read_sections(save(folder, LIST, "list.slcw"))
+@pytest.mark.parametrize(
+    ("read", "name", "message"),
+    [
+        (read_sections, "a.prr", r"must end in \.slcs"),
+        (read_profile, "list.slcs", "read_sections and read_section"),
+        (read_sections, "list.slcw", "kind = 'wheel'"),
+    ],
+)
+def test_the_ending_says_what_a_file_is(folder, read, name, message):
+    with pytest.raises(WrongInput, match=message):
+        read(save(folder, LIST, name))
 
 
 def test_one_section_by_its_number_or_its_position(folder):

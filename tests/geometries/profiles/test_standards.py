@@ -8,11 +8,10 @@ from profile_samples import sample
 from geometries.errors import WrongInput
 from geometries.profiles.pieces import ArcPiece, Outline, PolynomialPiece, arc_above, arc_below, line
 from geometries.profiles.placement import contour_at
-from geometries.profiles.standards import STANDARDS, RailHead, standard, standard_profile
+from geometries.profiles.standards import STANDARDS, RailHead, standard_profile
 
 GAP = {"S1002": 2e-4}  # mm: the standard gives 9 or 10 digits, and zone C loses 6 of them
 OUTLINES = {name: entry.outline for name, entry in STANDARDS.items()}
-RAILS = [name for name, entry in STANDARDS.items() if entry.kind == "rail"]
 each = pytest.mark.parametrize("name", STANDARDS)
 
 
@@ -46,13 +45,17 @@ def lateral_at(outline, z):
 # --- pieces ----------------------------------------------------------------------------------------
 
 
-def test_arcs_keep_their_distance_from_the_centre_on_its_side():
+def test_arcs_keep_their_distance_from_the_centre_on_its_side_and_lines_have_no_curvature():
     centre, radius, y = (1.3, -2.0), 13.0, (-7.0, 11.5)
     for arc, side in ((arc_above(centre, radius, y), 1), (arc_below(centre, radius, y), -1)):
         points = arc.position(np.linspace(0, arc.length, 41))
         np.testing.assert_allclose(np.hypot(points[0] - 1.3, points[1] + 2.0), radius, rtol=1e-14)
         np.testing.assert_allclose(points[0][[0, -1]], y, rtol=1e-14)
         assert np.all(side * (points[1] + 2.0) > 0)
+    piece = line((-1.0, 2.0), (2.0, -2.0))
+    at = piece.position(np.array([0.0, 2.5, 5.0]))
+    np.testing.assert_allclose(at, [[-1, 0.5, 2], [2, 0, -2]], atol=1e-15)
+    assert (piece.length, piece.curvature(1.0)) == (5.0, 0.0)
 
 
 def test_arc_mirrored_twice_is_the_same_arc():
@@ -120,23 +123,17 @@ def test_points_go_from_the_gauge_side_to_the_field_side_with_all_joints_among_t
 
 
 @each
-def test_wheels_hang_down_at_the_gauge_side_and_the_running_point_is_the_origin(name):
+def test_rail_heads_are_symmetric_and_wheels_hang_down_at_the_gauge_side(name):
+    """The top of a rail and the running point of a wheel are the origin."""
     outline = OUTLINES[name]
-    s = np.linspace(0, outline.length, 20_001)
-    points = outline.position(s)
+    points = outline.position(s := np.linspace(0, outline.length, 20_001))
     if STANDARDS[name].kind == "wheel":
         assert points[0, np.argmin(points[1])] < -50
         np.testing.assert_allclose(np.min(np.hypot(*points)), 0, atol=0.005)  # the nearest sample
     else:
         assert np.max(points[1]) == pytest.approx(0, abs=1e-6)
-
-
-@pytest.mark.parametrize("name", RAILS)
-def test_rail_heads_are_symmetric(name):
-    outline = OUTLINES[name]
-    s = np.linspace(0, outline.length, 300)
-    mirrored = outline.position(outline.length - s) * [[-1], [1]]
-    np.testing.assert_allclose(outline.position(s), mirrored, rtol=0, atol=1e-12)
+        mirrored = outline.position(outline.length - s) * [[-1], [1]]
+        np.testing.assert_allclose(points, mirrored, rtol=0, atol=1e-12)
 
 
 def test_unknown_names_and_spacings_are_refused():
@@ -243,12 +240,3 @@ def test_exact_contours_know_where_their_curvature_jumps():
         before, after = contour.curvature(np.array([joint - 1e-6, joint + 1e-6]))
         assert abs(after - before) > 1e-3
     assert np.degrees(np.abs(contour.inclination(np.array(contour.limits)))) == pytest.approx(85, abs=1e-6)
-
-
-def test_line_is_a_piece_without_curvature():
-    piece = line((-1.0, 2.0), (2.0, -2.0))
-    assert piece.length == 5.0
-    np.testing.assert_allclose(
-        piece.position(np.array([0.0, 2.5, 5.0])), [[-1, 0.5, 2], [2, 0, -2]], atol=1e-15
-    )
-    assert standard("60E1").outline.curvature(1.0) == 0

@@ -1,7 +1,6 @@
 """Measured profiles, and the Manchester benchmark: against polygons of the points of the files."""
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,9 +12,9 @@ from geometries.profiles.profile import Profile
 from geometries.track.conicity import equivalent_conicity
 from geometries.track.layout import TrackDimensions, WheelsetDimensions, lay_out
 from geometries.track.wheelset import over_shifts, settle
+from tests.geometries.profiles.profile_samples import sample
 from tests.samples import SAMPLES
 
-ROOT = Path(__file__).parents[3]
 RAIL, WHEEL = SAMPLES / "MBench_UIC60_v3.prr", SAMPLES / "MBench_S1002_v3.prw"
 
 pytestmark = pytest.mark.skipif(
@@ -24,18 +23,10 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-def points(path):
-    """The rows of the spline block, z upwards; (2, n)."""
-    block = path.read_text("utf-8").split("point.begin")[1].split("point.end")[0]
-    rows = [line.split("!")[0].split() for line in block.splitlines()]
-    y, z = np.array([row[:2] for row in rows if row], dtype=float).T
-    return np.stack([y, -z])
-
-
 @cache
 def manchester():
-    rail = prepare(Profile("rail", points(RAIL)))
-    wheel = prepare(Profile("wheel", points(WHEEL) * [[-1.0], [1.0]]))  # the file asks for mirrored y
+    rail = prepare(Profile("rail", sample(RAIL.name)))
+    wheel = prepare(Profile("wheel", sample(WHEEL.name) * [[-1.0], [1.0]]))  # the file asks for mirrored y
     return lay_out(
         (rail, rail),
         (wheel, wheel),
@@ -63,16 +54,6 @@ def test_rail_tops_and_gauge_are_in_place():
     y, z = layout.left.rail.position(np.linspace(*layout.left.rail.limits, 100001))
     assert np.max(z) == pytest.approx(0, abs=1e-6)
     assert np.min(y[z > -14]) == pytest.approx(717.5, abs=1e-3)
-
-
-@pytest.mark.slow  # jumps are those of test_track_shifts.py
-def test_flange_and_tread_of_the_benchmark():
-    """Beyond 4.8 mm the root of the flange touches; up to 6.3 mm the flange does not climb."""
-    jumps = over_shifts(manchester(), [4.7, 5.0]).jumps
-    (jump,) = jumps
-    tread, root = jump.touches
-    assert tread.angle < root.angle - 0.1
-    assert settle(manchester(), 6.3).left[0].angle > 1.0
 
 
 @pytest.mark.slow

@@ -60,21 +60,18 @@ def test_curves_of_symmetric_pairs_are_odd_and_angles_swap(largest, jumps):
 
 
 def test_the_equivalent_conicity_of_cones_on_arcs():
-    """Per shift of the axle tan(gamma) m / (m - tan(gamma) (height + R_r)) for small ones."""
+    """Per shift of the axle tan(gamma) m / (m - tan(gamma) (height + R_r)); without roll tan(gamma)."""
     cone = Cone()
     t = np.tan(cone.gamma)
-    shifts = over_shifts(cone.layout(), np.linspace(-4, 4, 5))
-    z = shifts.positions[2].height + cone.R_r
-    value = equivalent_conicity(*shifts.rolling_radius_differences(), 3.0).value
+    with_roll, without = (
+        over_shifts(cone.layout(), np.linspace(-4, 4, 5), **how) for how in ({}, {"roll": 0.0})
+    )
+    z = with_roll.positions[2].height + cone.R_r
+    value = equivalent_conicity(*with_roll.rolling_radius_differences(), 3.0).value
     # the terms left out are roll^2 = 2e-8
     assert value == pytest.approx(t * cone.m / (cone.m - t * z), rel=1e-6)
-
-
-def test_the_equivalent_conicity_of_cones_without_roll_is_their_angle():
-    cone = Cone()
-    shifts = over_shifts(cone.layout(), np.linspace(-4, 4, 5), roll=0.0)
-    value = equivalent_conicity(*shifts.rolling_radius_differences(), 3.0).value
-    assert value == pytest.approx(np.tan(cone.gamma), rel=1e-9)
+    value = equivalent_conicity(*without.rolling_radius_differences(), 3.0).value
+    assert value == pytest.approx(t, rel=1e-9)
 
 
 def test_wheels_of_two_radii_roll_beside_the_middle():

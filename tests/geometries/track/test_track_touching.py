@@ -1,5 +1,6 @@
 import re
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from track_sections import (
 )
 
 from geometries.errors import Failure, WrongInput
+from geometries.profiles.preparation import Prepared
 from geometries.track import wheelset
 from geometries.track.curves import Graph, Samples, graphs
 from geometries.track.en_15302 import CASES, WHEELS
@@ -53,17 +55,12 @@ def test_cones_on_arcs_have_their_closed_form(shift):
     assert position.right[0].angle == pytest.approx(cone.gamma - position.roll, abs=1e-12)
     point = [m - cone.R_r * np.sin(position.left[0].angle), cone.R_r * (np.cos(position.left[0].angle) - 1)]
     np.testing.assert_allclose(position.left[0].point, point, rtol=0, atol=1e-9)
-
-
-def test_height_of_centred_cones():
-    """The radius at half-distance b is r_0 - tan(gamma) (b - tape circle), above the touching point."""
-    cone = CONE
-    b, z = cone.m - cone.R_r * np.sin(cone.gamma), cone.R_r * (np.cos(cone.gamma) - 1)
-    radius = cone.r_0 - np.tan(cone.gamma) * (b - BACKS / 2 - 70)
-    position = settle(cone.layout(), 0.0)
-    assert position.roll == pytest.approx(0, abs=1e-14)
-    assert position.left[0].radius == pytest.approx(radius, abs=1e-10)
-    assert position.height == pytest.approx(radius + z, abs=1e-10)
+    if shift == 0:  # the radius at half-distance b is r_0 - tan(gamma) (b - tape circle)
+        b = m - cone.R_r * np.sin(cone.gamma)
+        radius = cone.r_0 - t * (b - BACKS / 2 - 70)
+        assert position.roll == pytest.approx(0, abs=1e-14)
+        assert position.left[0].radius == pytest.approx(radius, abs=1e-10)
+        assert position.height == pytest.approx(radius + point[1], abs=1e-10)
 
 
 @pytest.mark.parametrize("shift", [-5.0, -1.3, 0.0, 2.0, 6.4])
@@ -87,19 +84,15 @@ def test_arcs_on_arcs_agree_with_the_linkage_of_their_centres(circles, shift):
 
 
 def test_derivatives_of_arcs_on_arcs():
-    """Roll, angles and rolling-radius difference per shift, to first order (docs/theory/wheel-on-rail.md)."""
-    c = CIRCLES
+    """Roll and contact angle per shift, to first order (docs/theory/wheel-on-rail.md)."""
+    c, h = CIRCLES, 1e-2
     t, s = np.tan(c.gamma), np.sin(c.gamma)
-    h = 1e-2
     plus, minus = (settle(c.layout(), shift) for shift in (h, -h))
     roll = t / (c.b - c.r_0 * t)
-    conicity = c.R_w * t / (c.R_w - c.R_r) * (c.b + c.R_r * s) / (c.b - c.r_0 * t)
     angle = (np.cos(c.gamma) + roll * (c.b * s + c.r_0 * np.cos(c.gamma) + c.R_w)) / (c.R_w - c.R_r)
     # third derivatives are of the order 1 / R_w^2: h^2 / R_w^2 = 4e-10; 1e-10 mm / h
     assert (plus.roll - minus.roll) / (2 * h) == pytest.approx(roll, rel=1e-7)
     assert (plus.left[0].angle - minus.left[0].angle) / (2 * h) == pytest.approx(angle, rel=1e-7)
-    differences = plus.rolling_radius_difference - minus.rolling_radius_difference
-    assert differences / (4 * h) == pytest.approx(conicity, rel=1e-7)
 
 
 @pytest.mark.parametrize("shift", [-3.0, 4.5])
@@ -139,11 +132,21 @@ def test_a_steep_flange_is_reached_by_shifts_at_the_rails():
     assert tread.roll < flange.roll
 
 
-def test_an_unknown_rule_of_roll_and_an_infinite_shift_are_refused():
-    with pytest.raises(WrongInput, match="shift"):
-        settle(symmetric(), np.nan)
-    with pytest.raises(WrongInput, match="about axle"):
-        settle(symmetric(), 0.0, roll="about bogie")
+@pytest.mark.parametrize(
+    ("place", "error", "message"),
+    [
+        (lambda layout: settle(layout, np.nan), WrongInput, "shift"),
+        (lambda layout: settle(layout, 0.0, roll="about bogie"), WrongInput, "about axle"),
+        (lambda layout: settle(layout, 0.0, yaw=0.01), WrongInput, "ahead of the section through the axle"),
+        (lambda layout: settle(layout, 150.0), Failure, r"not above the rail|least at y"),
+        (lambda layout: settle_wheel(layout, "left", np.nan), WrongInput, "lateral"),
+        (lambda layout: settle_wheel(layout, "left", 0.0, roll=np.inf), WrongInput, "roll"),
+        (lambda layout: settle_wheel(layout, "middle", 0.0), WrongInput, "side"),
+    ],
+)
+def test_impossible_places_are_refused(place, error, message):
+    with pytest.raises(error, match=message):
+        place(symmetric())
 
 
 # --- any sections ----------------------------------------------------------------------------------
@@ -160,78 +163,38 @@ def test_brute_force_finds_the_same_points(shift):
         assert t[np.argmin(gaps)] == pytest.approx(touches[0].s_rail, abs=0.02)
 
 
-def test_brute_force_finds_the_same_roll():
-    """On polygons both sides touch at one height between rolls 1e-9 less and more: 1e-7 mm of 1500 mm."""
-    layout = flanged()
-    shift, off = 2.3, np.array([5e-3, 1e-9])
-    position = settle(layout, shift)
-
-    def higher_left(roll):
-        trial = type(position)(shift, 0.0, 0.0, roll, (0.0, 0.0), (), ())
-        left, right = (np.min(brute_gaps(layout, trial, side)[1]) for side in ("left", "right"))
-        return right - left
-
-    assert all(higher_left(position.roll - less) > 0 for less in off)
-    assert all(higher_left(position.roll + more) < 0 for more in off)
-
-
 @pytest.mark.parametrize("shift", SHIFTS)
 def test_touching_points_have_one_place_and_one_normal(shift):
     layout = flanged()
     position = settle(layout, shift, within=0.5)
-    for side, touches in (("left", position.left), ("right", position.right)):
+    for side, own in (("left", layout.left), ("right", layout.right)):
+        touches = getattr(position, side)
         rail, wheel = curves_in_place(layout, position, side)
         for touch in touches:
             apart = wheel.position(touch.s_wheel) - rail.position(touch.s_rail)
             np.testing.assert_allclose(apart, [0, touch.gap], rtol=0, atol=1e-9)
             normals = rail.tangent(touch.s_rail), wheel.tangent(touch.s_wheel)
             assert np.linalg.det(normals) == pytest.approx(0, abs=1e-8)
-        assert touches[0].gap == pytest.approx(0, abs=1e-9)
-        for on_curve, curve, s in (
-            (touches[0].on_rail, rail.curve, touches[0].s_rail),
-            (touches[0].on_wheel, wheel.curve, touches[0].s_wheel),
-        ):  # places 760 mm from the middle are rounded to 1e-13
-            np.testing.assert_allclose(on_curve, curve.position(s), rtol=0, atol=1e-12)
-        assert touches[0].radius == pytest.approx(
-            -float((layout.left if side == "left" else layout.right).wheel.position(touches[0].s_wheel)[1])
-        )
-
-
-@pytest.mark.parametrize("shift", SHIFTS)
-def test_nowhere_do_wheel_and_rail_overlap(shift):
-    """Gaps at points of the rail against the curve of the wheel itself, not its polygon."""
-    layout = flanged()
-    position = settle(layout, shift)
-    for side in ("left", "right"):
-        rail, wheel = curves_in_place(layout, position, side)
-        touch = (position.left if side == "left" else position.right)[0]
-        t = touch.s_rail + np.linspace(-6, 6, 2001) ** 3 / 36  # dense at the touching point
-        y, z = rail.position(t)
-        t_wheel = np.interp(y, wheel.position(grid := np.linspace(*wheel.limits, 20001))[0], grid)
-        for _ in range(20):
-            t_wheel -= (wheel.position(t_wheel)[0] - y) / wheel.tangent(t_wheel)[0]
-        assert np.min(wheel.position(t_wheel)[1] - z) >= -1e-9
+        first = touches[0]
+        assert first.gap == pytest.approx(0, abs=1e-9)
+        # places 760 mm from the middle are rounded to 1e-13
+        np.testing.assert_allclose(first.on_rail, rail.curve.position(first.s_rail), rtol=0, atol=1e-12)
+        np.testing.assert_allclose(first.on_wheel, wheel.curve.position(first.s_wheel), rtol=0, atol=1e-12)
+        assert first.radius == pytest.approx(-float(own.wheel.position(first.s_wheel)[1]))
 
 
 @pytest.mark.parametrize(
-    "shift", [*(pytest.param(shift, marks=pytest.mark.slow) for shift in (0.7, 4.9)), 8.3]
+    "shift", [1.9, *(pytest.param(shift, marks=pytest.mark.slow) for shift in (0.7, 4.9)), 8.3]
 )
-def test_mirrored_shift_swaps_the_sides(shift):
-    layout = symmetric()
-    one, other = settle(layout, shift), settle(layout, -shift)
+def test_swapped_sections_mirror_the_positions(shift):
+    """Left and right profiles exchanged: the position of the other shift."""
+    one = settle(flanged((0.0, 0.02), (0.05, 0.04)), shift)
+    other = settle(flanged((0.02, 0.0), (0.04, 0.05)), -shift)
     assert one.rolling_radius_difference == pytest.approx(-other.rolling_radius_difference, abs=1e-9)
     assert one.roll == pytest.approx(-other.roll, abs=1e-13)
     assert one.height == pytest.approx(other.height, abs=1e-10)
     assert one.left[0].angle == pytest.approx(other.right[0].angle, abs=1e-11)
     assert one.right[0].s_rail == pytest.approx(other.left[0].s_rail, abs=1e-8)
-
-
-def test_swapped_sections_mirror_the_curves():
-    """Left and right profiles exchanged: the positions of the other shift."""
-    one = settle(flanged((0.0, 0.02), (0.05, 0.04)), 1.9)
-    other = settle(flanged((0.02, 0.0), (0.04, 0.05)), -1.9)
-    assert one.roll == pytest.approx(-other.roll, abs=1e-13)
-    assert one.left[0].radius == pytest.approx(other.right[0].radius, abs=1e-9)
 
 
 @pytest.mark.parametrize("shift", [pytest.param(-3.3, marks=pytest.mark.slow), 8.9])
@@ -373,15 +336,6 @@ def test_one_cone_on_an_arc_has_its_closed_form(side, roll):
     assert position.pose(side)[1] == pytest.approx(roll)
 
 
-def test_places_of_one_wheel_have_to_be_numbers():
-    with pytest.raises(WrongInput, match="lateral"):
-        settle_wheel(symmetric(), "left", np.nan)
-    with pytest.raises(WrongInput, match="roll"):
-        settle_wheel(symmetric(), "left", 0.0, roll=np.inf)
-    with pytest.raises(WrongInput, match="side"):
-        settle_wheel(symmetric(), "middle", 0.0)
-
-
 def test_flange_and_tread_are_both_reported():
     """The second one within a distance, that of the parallel tangents, and not below it."""
     layout = symmetric()
@@ -393,16 +347,6 @@ def test_flange_and_tread_are_both_reported():
     assert len(settle(layout, 7.5, within=at).left) == 2
     assert len(settle(layout, 7.5, within=below).left) == 1
     assert len(settle(layout, 7.5, within=0.0).left) == 1
-
-
-def test_yaw_is_refused_with_the_reason():
-    with pytest.raises(WrongInput, match="ahead of the section through the axle"):
-        settle(symmetric(), 0.0, yaw=0.01)
-
-
-def test_a_wheel_beside_its_rail_is_refused():
-    with pytest.raises(Failure, match=r"not above the rail|least at y"):
-        settle(symmetric(), 150.0)
 
 
 # --- the search ------------------------------------------------------------------------------------
@@ -455,21 +399,15 @@ class Kinked:
         return -second / (1 + first**2) ** 1.5
 
 
-@pytest.mark.parametrize("within", [0.0, 50.0])
-def test_an_edge_is_refused_even_if_a_smooth_point_is_near(within):
-    wheel = wheel_through(wheel_points(cone=0.0, hollow=0.0))
-    layout = lay_out((Kinked(), Kinked()), (wheel, wheel), TRACK, WHEELSET)
-    with pytest.raises(Failure, match="kinks: smooth the profiles"):
-        settle(layout, 0.0, roll=0.0, within=within)
-
-
-def test_a_profile_that_ends_before_it_touches_is_refused():
-    """A rail cut off on the gauge side of its touching point."""
-    rail = rail_through(rail_points()[:, :170])
-    wheel = wheel_through(wheel_points())
-    layout = lay_out((rail, rail), (wheel, wheel), TRACK, WHEELSET)
+def test_an_edge_is_refused_even_if_a_smooth_point_is_near_and_so_is_the_end_of_a_profile():
+    """A rail with an edge at its top; one cut off on the gauge side of its touching point."""
+    flat, wheel = wheel_through(wheel_points(cone=0.0, hollow=0.0)), wheel_through(wheel_points())
+    edge, cut = Kinked(), rail_through(rail_points()[:, :170])
+    for within in (0.0, 50.0):
+        with pytest.raises(Failure, match="kinks: smooth the profiles"):
+            settle(lay_out((edge, edge), (flat, flat), TRACK, WHEELSET), 0.0, roll=0.0, within=within)
     with pytest.raises(Failure, match=r"least at y = .* where a profile ends"):
-        settle(layout, 0.0)
+        settle(lay_out((cut, cut), (wheel, wheel), TRACK, WHEELSET), 0.0)
 
 
 def test_a_bracket_beside_its_minimum_is_widened():
@@ -485,42 +423,16 @@ def test_a_bracket_beside_its_minimum_is_widened():
     assert refined_near(rail, wheel, far, touch.s_wheel + 5) is None
 
 
-class Counted:
-    """A curve that counts how often its points are asked for."""
-
-    def __init__(self, curve):
-        self.curve, self.asked = curve, 0
-        self.length, self.jumps = curve.length, curve.jumps
-
-    def position(self, s):
-        self.asked += 1
-        return self.curve.position(s)
-
-    def inclination(self, s):
-        self.asked += 1
-        return self.curve.inclination(s)
-
-    def curvature(self, s):
-        self.asked += 1
-        return self.curve.curvature(s)
-
-
 def test_a_shift_asks_for_no_point_of_a_slow_curve_and_searches_twice(monkeypatch):
     """Exact points of a spline take a millisecond each. Two searches a side: at 0, and at the roll found."""
-    rail, wheel = Counted(rail_through(rail_points())), Counted(wheel_through(wheel_points()))
-    layout = lay_out((rail, rail), (wheel, wheel), TRACK, WHEELSET)
-    asked, searches = rail.asked + wheel.asked, []
-
-    def counted(*given):
-        searches.append(given)
-        return gap_minima(*given)
-
-    monkeypatch.setattr(wheelset, "gap_minima", counted)
+    layout, searches = flanged(), []
+    for name in ("position", "inclination", "curvature"):
+        monkeypatch.setattr(Prepared, name, None)
+    monkeypatch.setattr(wheelset, "gap_minima", lambda *given: searches.append(given) or gap_minima(*given))
     for shift in (-3.0, 0.4, 5.0, 8.4):
         searches.clear()
         settle(layout, shift, roll="about rails")
         assert len(searches) <= (4 if abs(shift) < 7 else 12)  # on the flange another point comes to touch
-    assert rail.asked + wheel.asked == asked
 
 
 def test_pieces_of_a_standard_that_do_not_meet_are_no_kink():
@@ -553,3 +465,43 @@ def test_an_edge_between_pieces_of_a_standard_touches():
     assert touch.s_wheel == pytest.approx(joint, abs=1e-5)
     assert touch.angle == pytest.approx(angle, abs=1e-5)
     assert before < angle < after
+
+
+# --- the page of the theory ------------------------------------------------------------------------
+
+PAGE = Path(__file__).parents[3] / "docs/theory/wheel-on-rail.md"
+
+
+def test_the_example_runs_and_its_claims_hold():
+    (example,) = re.findall(
+        r"^```python\n(.*?)^```$", PAGE.read_text("utf-8"), flags=re.DOTALL | re.MULTILINE
+    )
+    names = {}
+    exec(compile(example, PAGE, "exec"), names)
+    assert example.count("assert") == 3
+    assert names["conicity"].amplitude == 3
+
+
+@pytest.mark.parametrize("shift", [0.5, 8.7])
+def test_the_slope_of_the_height_by_the_roll(shift):
+    """The formula of the page against differences of heights, on tread and flange."""
+    layout, h = flanged(), 1e-5
+    roll = settle(layout, shift).roll
+    at, more, less = (settle(layout, shift, roll=roll + step) for step in (0, h, -h))
+    y, z = at.left[0].point
+    slope = -((y - shift) + (z - at.heights[0]) * np.tan(at.left[0].angle))
+    # second order in h times the radius 460 mm over curvatures of 10 mm
+    assert (more.heights[0] - less.heights[0]) / (2 * h) == pytest.approx(slope, rel=1e-5)
+
+
+@pytest.mark.parametrize("shift", [0.5, 8.7])
+def test_the_position_of_a_wheel_in_the_track(shift):
+    layout = flanged()
+    position = settle(layout, shift)
+    for side, own, sign in (("left", layout.left, 1), ("right", layout.right, -1)):
+        touch = getattr(position, side)[0]
+        eta, zeta = own.wheel.position(touch.s_wheel)
+        c, s = np.cos(sign * position.roll), np.sin(sign * position.roll)
+        point = [sign * shift, position.height] + np.array([[c, -s], [s, c]]) @ [eta, zeta]
+        np.testing.assert_allclose(point, touch.point, rtol=0, atol=1e-9)
+        assert touch.radius == -zeta

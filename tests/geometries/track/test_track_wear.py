@@ -131,18 +131,6 @@ def test_worn_profiles_converge_with_the_samples_of_shifts():
 
 
 @pytest.mark.slow
-def test_files_of_the_package_are_by_the_law():
-    """Fewer samples than in the package: to the error of sampling, which the slow test above has."""
-    for profile in worn_pair(replace(CHEAP, straight_samples=30, curve_samples=15)):
-        (entry,) = (entry for entry in WORN.values() if entry.kind == profile.kind)
-        stored = prepare(read_profile(entry.path))
-        away = scipy.spatial.cKDTree(stored.position(np.linspace(0, stored.length, 40_000)).T)
-        assert np.max(away.query(profile.points.T)[0]) < 0.01
-        unworn_points = NAMED[entry.file[: entry.file.index("-")]].outline.sampled(0.05)
-        assert np.max(scipy.spatial.cKDTree(unworn_points.T).query(stored.points.T)[0]) > 0.9
-
-
-@pytest.mark.slow
 def test_files_of_the_package_are_exactly_by_the_law():
     for profile in worn_pair():
         (entry,) = (entry for entry in WORN.values() if entry.kind == profile.kind)

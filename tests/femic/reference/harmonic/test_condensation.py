@@ -6,9 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from femic.cache.store import Store
 from femic.reference.harmonic import elimination, engine, section_response
-from femic.reference.harmonic import section_response as condensation
 from femic.reference.harmonic.elimination import Eliminated, Elimination
 from femic.reference.harmonic.engine import build_section
 from femic.reference.harmonic.section import assemble
@@ -19,7 +17,6 @@ from femic.reference.harmonic.section_response import (
     observers,
     strip_force,
 )
-from femic.reference.harmonic.stored import StoredWaves
 from femic.reference.job import NotConverged
 from femic.reference.meshing import Cells
 from femic.reference.symmetry import Parity, Y, parities
@@ -42,17 +39,11 @@ def largest(values):
     return np.max(np.abs(values))
 
 
-def prepared_by(respond):
-    """The one condensation that serves all parities and far arcs."""
-    (together,) = respond._shared
-    return together[0]
-
-
 @pytest.fixture(scope="module", autouse=True)
 def fields_are_cheap():
     """So that 60 observers are many; it matters for nothing but seconds."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(condensation, "ROWS_PER_FIELD", 1)
+        patch.setattr(section_response, "ROWS_PER_FIELD", 1)
         yield
 
 
@@ -89,7 +80,7 @@ def section_solver(section, case):
     """Responses at a few observers, which are carried along, or at many, at which fields are read."""
     seen = case[1]
     respond = SectionSolver(section, LOADS, SEEN[seen], SHARES)
-    prepared = prepared_by(respond)
+    ((prepared, _),) = respond._shared  # one condensation serves all parities and far arcs
     assert prepared.by_fields == (seen == "many")
     return respond, SEEN[seen]
 
@@ -165,7 +156,7 @@ def test_residual_at_a_nearly_fixed_observer_is_a_share_of_the_amplitudes_at_the
 def test_what_is_left_and_is_wrong_by_a_thousandth_raises(section_solver, monkeypatch, wrong, factor):
     """What one load does, what one observer sees, or the stiffness of what is retained."""
     respond, _ = section_solver
-    prepared, right = prepared_by(respond), Elimination.at
+    prepared, right = respond._shared[0][0], Elimination.at
     r = prepared.elimination.retained
     places = [np.s_[:, :r, :r]]
     if wrong == "one load or observer":
@@ -195,33 +186,23 @@ def changed(monkeypatch):
     return start
 
 
-def one_is_no_number(u):
-    u[:, u.shape[1] // 2, -1] = np.nan
-    return u
-
-
 @pytest.mark.filterwarnings("ignore:invalid value encountered:RuntimeWarning")
-@pytest.mark.parametrize(
-    "change", [lambda u: 1.5 * u, one_is_no_number, lambda u: np.full_like(u, np.inf), np.zeros_like]
-)
-def test_displacements_that_are_wrong_raise(changed, section_solver, change):
+@pytest.mark.parametrize("factor", [1.5, 0.0, np.nan, np.inf])
+def test_displacements_that_are_wrong_raise(changed, section_solver, factor):
+    def change(u):
+        u[:, u.shape[1] // 2, -1] *= factor
+        return u if np.isnan(factor) else factor * u
+
     changed(change)
-    with pytest.raises(
-        NotConverged, match=r"k = 0\.3 1/mm, [\d,]{5,} unknowns.* residual is .*1e-05 allowed.*Try"
-    ):
+    says = r"k = 0\.3 1/mm, [\d,]{5,} unknowns.* residual is .*1e-05 allowed.*Try"
+    with pytest.raises(NotConverged, match=says):
         section_solver[0]([K])
-
-
-def test_displacements_that_are_wrong_end_a_run(changed):
-    changed(lambda u: 1.5 * u)
-    with pytest.raises(NotConverged, match="residual"):
-        engine.solve(TASK.request)
 
 
 def test_the_residual_grows_with_what_is_wrong(changed, section_solver):
     """A thousandth of the largest residual more of all solutions: the equations are that far from solved."""
     respond, _ = section_solver
-    share, n = 0.1 * LARGEST_RESIDUAL, prepared_by(respond).forces.shape[1]
+    share, n = 0.1 * LARGEST_RESIDUAL, respond._shared[0][0].forces.shape[1]
     changed(lambda u: (1 + share) * u)
     assert share * np.sqrt(n) / 2 < respond([K])[1] < 2.5 * share * np.sqrt(n)
 
@@ -229,49 +210,45 @@ def test_the_residual_grows_with_what_is_wrong(changed, section_solver):
 @pytest.fixture(scope="module")
 def of_ten_decades(section):
     """Loads whose forces differ by ten decades, solved for their fields."""
-    prepared = prepared_by(SectionSolver(section, LOADS, SEEN["many"]))
+    prepared = SectionSolver(section, LOADS, SEEN["many"])._shared[0][0]
     forces = prepared.forces.copy()
     forces.data *= np.geomspace(1e-5, 1e5, forces.shape[1])[forces.indices]
     return replace(prepared, forces=forces, elimination=replace(prepared.elimination, forces=forces))
 
 
-@pytest.mark.parametrize("column", [0, 7, -1])
-def test_a_wrong_column_raises_however_small_its_force(changed, of_ten_decades, column):
+def scale(column):
     def change(u):
         u[..., column] *= 1.001
         return u
 
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "residual"),
+    [
+        *((scale(column), r"\d\.\de-0[34]") for column in (0, 7, -1)),
+        (lambda u: u[..., [1, 0, *range(2, u.shape[2])]], ""),
+    ],
+    ids=["the smallest", "another", "the largest", "two exchanged"],
+)
+def test_wrong_columns_raise_however_small_their_force(changed, of_ten_decades, change, residual):
     free = np.ones(of_ten_decades.elimination.retained, dtype=bool)
     assert of_ten_decades.respond([K], [free])[1] < 1e-9
     changed(change)
-    with pytest.raises(NotConverged, match=r"residual is \d\.\de-0[34]"):
+    with pytest.raises(NotConverged, match=f"residual is {residual}"):
         of_ten_decades.respond([K], [free])
 
 
-def test_two_columns_that_are_exchanged_raise(changed, of_ten_decades):
-    changed(lambda u: u[..., [1, 0, *range(2, u.shape[2])]])
-    with pytest.raises(NotConverged, match="residual"):
-        of_ten_decades.respond([K], [np.ones(of_ten_decades.elimination.retained, dtype=bool)])
-
-
-@pytest.mark.parametrize("all_are", [pytest.param(True, id="eliminated"), pytest.param(False, id="retained")])
-def test_pivots_of_zero_raise_with_remedies(section_solver, monkeypatch, all_are):
+@pytest.mark.parametrize("module", [elimination, section_response], ids=["eliminated", "retained"])
+def test_pivots_of_zero_raise_with_remedies(section_solver, monkeypatch, module):
     """Where amplitudes are eliminated, or the free ones of what is retained."""
-    module = elimination if all_are else condensation
-
-    class Singular:
-        """NumPy, but for its solutions."""
-
-        linalg = SimpleNamespace(LinAlgError=np.linalg.LinAlgError, norm=np.linalg.norm)
-
-        def __getattr__(self, name):
-            return getattr(np, name)
 
     def singular(*_):
         raise np.linalg.LinAlgError("Singular matrix")
 
-    Singular.linalg.solve = singular
-    monkeypatch.setattr(module, "np", Singular())
+    linalg = SimpleNamespace(**vars(np.linalg) | {"solve": singular})
+    monkeypatch.setattr(module, "np", SimpleNamespace(**vars(np) | {"linalg": linalg}))
     with pytest.raises(NotConverged, match=r"k = 0\.3 1/mm.*Singular matrix.*Try"):
         section_solver[0]([K])
 
@@ -280,46 +257,39 @@ def test_the_worst_residual_of_all_parts_and_arcs_counts(section, section_solver
     """Also where each has its own equations."""
     _, s = section_solver
     monkeypatch.setattr(section_response, "MOST_RETAINED", 10)
-    respond, responses = SectionSolver(section, LOADS, s, SHARES), Condensation.respond
-    for worst in range(2 * len(respond._parts)):
-        given = iter([5e-9 if number == worst else 1e-12 for number in range(2 * len(respond._parts))])
-        monkeypatch.setattr(
-            Condensation, "respond", lambda *args, g=given: (responses(*args)[0], np.array([next(g)]))
-        )
+    respond, respond_part, made = SectionSolver(section, LOADS, s, SHARES), Condensation.respond, []
+
+    def recorded(*arguments):
+        made.append(respond_part(*arguments)[0])
+        return made[-1], np.zeros(1)
+
+    monkeypatch.setattr(Condensation, "respond", recorded)
+    respond([K], SHARES)
+    for worst in range(len(made)):
+        given = iter([(one, np.array([5e-9 if k == worst else 1e-12])) for k, one in enumerate(made)])
+        monkeypatch.setattr(Condensation, "respond", lambda *_, given=given: next(given))
         assert respond([K], SHARES)[1] == 5e-9
 
 
 # --- stored waves ----------------------------------------------------------------------------------------
 
 
-class FakeWaves:
-    """Solved wavenumbers of an earlier run, whose residuals can be changed."""
+class FakeWaves(dict):
+    """Solved wavenumbers of an earlier run, (responses, residual), which can be changed."""
 
-    def __init__(self):
-        self.responses, self.residuals = {}, {}
+    put = dict.__setitem__
 
-    def get(self, name):
-        return (self.responses[name], self.residuals[name]) if name in self.responses else None
-
-    def put(self, name, solution):
-        self.responses[name], self.residuals[name] = solution
+    @property
+    def worst(self):
+        return max(float(residual) for _, residual in self.values())
 
 
-@pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.slow), 2])
-def test_cost_has_the_worst_residual_of_stored_waves_too(workers):
+def test_cost_has_the_worst_residual_of_stored_waves_too():
     waves, few_waves = FakeWaves(), replace(TASK.request, body=WHOLE, accuracy=1e-7)
-    first = engine.solve(few_waves, cache=waves, workers=workers).cost.residual
-    assert first == max(waves.residuals.values())
+    first = engine.solve(few_waves, cache=waves, workers=2).cost.residual
+    assert first == waves.worst
     assert 0 < first < 1e-9
-    waves.residuals[sorted(waves.residuals)[3]] = 3e-7
-    del waves.responses["k0.0"]  # this one is solved again
-    assert engine.solve(few_waves, cache=waves, workers=workers).cost.residual == 3e-7
-
-
-def test_stored_waves_have_their_residual(tmp_path):
-    waves = StoredWaves(Store(tmp_path), "key")
-    waves.put("k0.25", (np.eye(3), 4e-11))
-    responses, residual = waves.get("k0.25")
-    np.testing.assert_array_equal(responses, np.eye(3))
-    assert residual == 4e-11
-    assert waves.get("k0.5") is None
+    name = sorted(waves)[3]
+    waves[name] = waves[name][0], 3e-7
+    del waves["k0.0"]  # this one is solved again
+    assert engine.solve(few_waves, cache=waves, workers=2).cost.residual == 3e-7

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_matrix, random_array
 
-from femic.reference.harmonic import elimination as dissection
-from femic.reference.harmonic import elimination as fronts
+from femic.reference.harmonic import elimination as module
 from femic.reference.harmonic.elimination import Elimination, dissect, in_parts
 from femic.reference.harmonic.engine import build_section
 from femic.reference.harmonic.section import assemble
@@ -48,24 +47,19 @@ def equations(model):
     return Equations(model, free, last, forces, observers.T.tocsr())
 
 
-def numbers_of(elimination):
-    """Amplitudes that are eliminated, and that are retained."""
-    return np.split(elimination.amplitudes, [len(elimination.amplitudes) - elimination.retained])
-
-
 def dense(equations, k):
     """M = [[K, F], [G, 0]] of all amplitudes."""
     f, g = equations.forces.toarray(), equations.observers.toarray()
     return np.block([[stiffness(equations.model, k).toarray(), f], [g, np.zeros((len(g), f.shape[1]))]])
 
 
-@pytest.mark.parametrize("most_runs", [fronts.MOST_RUNS, 0], ids=["by blocks", "by places"])
+@pytest.mark.parametrize("most_runs", [module.MOST_RUNS, 0], ids=["by blocks", "by places"])
 @pytest.mark.parametrize("leaf", [1, 2, 7])
 def test_what_is_left_is_the_schur_complement(equations, monkeypatch, leaf, most_runs):
-    monkeypatch.setattr(dissection, "CELLS_OF_A_LEAF", leaf)
-    monkeypatch.setattr(fronts, "MOST_RUNS", most_runs)
+    monkeypatch.setattr(module, "CELLS_OF_A_LEAF", leaf)
+    monkeypatch.setattr(module, "MOST_RUNS", most_runs)
     elimination = Elimination.prepare(*equations)
-    gone, retained = numbers_of(elimination)
+    gone, retained = np.split(elimination.amplitudes, [-elimination.retained])
     assert len(retained) == np.sum(equations.free[equations.last]) > 10
     assert sorted([*gone, *retained]) == np.flatnonzero(equations.free).tolist()
     n = equations.free.size
@@ -81,7 +75,7 @@ def test_what_is_left_is_the_schur_complement(equations, monkeypatch, leaf, most
 def test_fields_solve_the_equations_with_what_is_retained(equations):
     elimination = Elimination.prepare(*equations)
     eliminated, generator = elimination.at(K), np.random.default_rng(2)
-    gone, retained = numbers_of(elimination)
+    gone, retained = np.split(elimination.amplitudes, [-elimination.retained])
     moved = generator.normal(size=(len(K), len(retained), 2))
     loads = 1e6 * generator.normal(size=(4, 2))
     u = eliminated.fields(moved, loads)
@@ -110,7 +104,7 @@ def test_forces_may_differ_from_wavenumber_to_wavenumber(equations):
 @pytest.mark.parametrize("leaf", [1, 2, 7])
 def test_each_node_is_eliminated_once_with_all_of_its_cells(model, monkeypatch, leaf):
     """The nodes that a part keeps are those that other parts have too, or the last ones."""
-    monkeypatch.setattr(dissection, "CELLS_OF_A_LEAF", leaf)
+    monkeypatch.setattr(module, "CELLS_OF_A_LEAF", leaf)
     n = model.section.mesh.doflocs.shape[1]
     last = np.arange(n) % 50 == 7
     parts = dissect(model.cells, model.section.mesh.doflocs, last)

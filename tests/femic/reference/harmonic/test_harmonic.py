@@ -81,25 +81,6 @@ def test_xn_of_a_wheel_has_the_longitudinal_curvature_of_b_hat():
     np.testing.assert_allclose(on_wheel[2, 0], -on_wheel[0, 2], rtol=1e-4)
 
 
-@pytest.mark.slow
-def test_components_of_a_wheel_do_not_depend_on_the_other_requested_ones():
-    """Only wavenumbers may lie elsewhere: what is asked alone is within its estimate."""
-    x = np.array([-16.0, 8.0, 16.0, 25.0])
-    asked = replace(
-        harmonic_job(320.0, 3.0, side=UPPER, contour=arc(10.0, 0.4, 0.4), rolling_radius=500.0),
-        points=Points(x, 0 * x),
-        lines={"x": slice(None)},
-    )
-    xn, nx, all_four = (
-        reference(replace(asked, components=components)).c
-        for components in (("xn",), ("nx",), ("xx", "xn", "nx", "nn"))
-    )
-    assert np.all(np.abs(all_four.ic - xn.ic)[0, 2] <= xn.estimate[0, 2])
-    assert np.all(np.abs(all_four.ic - nx.ic)[2, 0] <= nx.estimate[2, 0])
-    np.testing.assert_allclose(nx.ic[2, 0], -xn.ic[0, 2], rtol=1e-3)
-    assert np.all(xn.estimate[0, 2] < 0.03 * np.max(np.abs(xn.ic[0, 2])))
-
-
 def test_a_wheel_is_periodic():
     """Observers once round apart see the same."""
     body = Body(UPPER, plane(), STEEL, Domain(60.0, 60.0), 40.0)
@@ -132,24 +113,6 @@ def test_both_engines_agree_within_their_estimates(changes):
 # --- parts of sections, symmetry, units ---------------------------------------------------------------
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("side", [LOWER, UPPER])
-def test_halves_of_a_section_give_what_the_whole_gives(side):
-    """Loads at the plane of symmetry, over its edge and beside it; observers on both sides."""
-    body = Body(side, arc(10.0, 0.6, 0.6), STEEL, Domain(40.0, 40.0), 70.0 if side == UPPER else np.inf)
-    loads = [Load(Patch(0.3, 0.4, s), direction) for s in (0.0, 0.3, -2.0, 2.0) for direction in range(3)]
-    s = np.array([-3.0, -0.2, 0.0, 0.7, 2.0])
-    size = SectionSize(Cells(0.1, 0.4, 0.4), np.array([[-0.4, 0.4], [-0.1, 0.7], [-2.4, -1.6]]))
-    whole, half = (
-        SectionSolver(section_mesh(body, size, half_section=h), loads, s, (1.0, 0.5)) for h in (False, True)
-    )
-    for k in (0.0, 0.1, 2.0):
-        expected, got = (respond([k], (1.0, 0.5))[0][0] for respond in (whole, half))
-        for share, tolerance in ((0, 1e-3), (1, 0.02)):  # the nearer arc's steps depend on the mesh
-            atol = tolerance * np.max(np.abs(expected[share]))
-            np.testing.assert_allclose(got[share], expected[share], rtol=0, atol=atol)
-
-
 def test_what_vanishes_by_symmetry_vanishes():
     asked = harmonic_job(40.0, 3.0, contour=arc(10.0, 0.6, 0.6))
     u = raw_ics(asked.request(Level())).u[:3, :, : len(asked.points.x)]
@@ -159,17 +122,6 @@ def test_what_vanishes_by_symmetry_vanishes():
         assert np.all(u[j, i][on_plane] == 0), (i, j)
     for i, j in ((0, 1), (1, 0), (0, 2), (2, 0)):
         assert np.all(np.abs(u[j, i][across]) < 1e-12 * np.max(np.abs(u))), (i, j)
-
-
-def test_threads_do_not_change_the_result():
-    asked = harmonic_job(40.0, 3.0).request(Level())
-    counted = []
-    alone = raw_ics(asked)
-    together = raw_ics(asked, workers=3, progress=counted.append)
-    np.testing.assert_allclose(together.u, alone.u, rtol=0, atol=1e-12 * np.max(np.abs(alone.u)))
-    assert counted == list(range(len(counted)))  # 0: assembled
-    n = int(together.cost.solver.split(", ")[1].split()[0])
-    assert n < len(counted) - 1 < 2 * n  # all wavenumbers, then some of them with coarser cells
 
 
 def test_loads_of_both_c_ij_and_c_ji_are_solved():
@@ -208,18 +160,6 @@ def test_units_do_not_matter():
     np.testing.assert_allclose(u[1], u[0], rtol=0, atol=1e-3 * np.max(np.abs(u[0])))
 
 
-def test_responses_are_smooth_at_zero():
-    """Even in k (or odd): what the interpolation assumes."""
-    body = Body(LOWER, UNSYMMETRIC, STEEL, Domain(40.0, 40.0))
-    section = section_mesh(body, SectionSize(BARE, np.array([[-0.3, 0.5]])))
-    at = SectionSolver(section, [Load(Patch(0.3, 0.4, 0.1), 2)], np.array([1.0]))
-    k = np.array([1e-4, 2e-4])
-    zero, one, two = at([0.0, *k])[0][:, 0, 0, :, 0]
-    assert zero[0] == 0
-    assert two[0] / one[0] == pytest.approx(2, rel=1e-3)
-    np.testing.assert_allclose((two - zero)[1:] / (one - zero)[1:], 4, rtol=1e-2)
-
-
 @pytest.mark.slow
 def test_on_the_flank_of_a_wheel_the_patch_keeps_its_length():
     """R(s) is 15 % above R_roll there: close to a small patch it gives way as the half-space does."""
@@ -245,3 +185,15 @@ def test_displacements_without_responses_are_the_tail_of_the_half_space():
         for load, of_load in zip(request.loads, u, strict=True):
             np.testing.assert_allclose(of_load[:, point], beyond[:, load.direction], rtol=1e-9, atol=1e-18)
     assert np.max(np.abs(u[2, 0])) > 1e-3 * np.max(np.abs(u[2, 2]))  # x under n is not nothing
+
+
+def test_responses_are_smooth_at_zero():
+    """Even in k (or odd): what the interpolation assumes."""
+    body = Body(LOWER, UNSYMMETRIC, STEEL, Domain(40.0, 40.0))
+    section = section_mesh(body, SectionSize(BARE, np.array([[-0.3, 0.5]])))
+    at = SectionSolver(section, [Load(Patch(0.3, 0.4, 0.1), 2)], np.array([1.0]))
+    k = np.array([1e-4, 2e-4])
+    zero, one, two = at([0.0, *k])[0][:, 0, 0, :, 0]
+    assert zero[0] == 0
+    assert two[0] / one[0] == pytest.approx(2, rel=1e-3)
+    np.testing.assert_allclose((two - zero)[1:] / (one - zero)[1:], 4, rtol=1e-2)

@@ -1,4 +1,4 @@
-"""Section meshes: on the true contour, with vertices at the ends of the strips, and their trace."""
+"""Sections: meshes on the true contour with vertices at the ends of strips, and what elasticity demands."""
 
 from dataclasses import replace
 
@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from skfem import Basis, ElementTriP4, MeshTri
 
+from femic.reference.engine import Points
 from femic.reference.engines import HARMONIC
 from femic.reference.harmonic.engine import build_section, strips
 from femic.reference.harmonic.section import MeshTri4, SectionSize, assemble, section_mesh, shapes
-from femic.reference.harmonic.section_response import SectionSolver
+from femic.reference.harmonic.section_response import SectionSolver, strip_force
 from femic.reference.job import Settings
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.meshing import Cells
@@ -17,11 +18,12 @@ from femic.reference.run_options import Level
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, ellipse, plane
 from geometries.errors import Failure
-from geometries.materials import Material
-from geometries.patches import Grid
+from geometries.patches import Grid, Load, Patch
 from geometries.surfaces import LOWER, UPPER
+from tests.femic.reference.conftest import STEEL, UNSYMMETRIC
+from tests.femic.reference.harmonic.fields import fields, raw_ics, stiffness
+from tests.femic.reference.known_bodies import harmonic_job
 
-STEEL = Material(210e3, 0.28)
 STRIPS = np.array([[-0.2, 0.3], [3.0, 3.4]])
 CELLS = Cells(0.1, 0.3, 0.3)
 DOMAIN = Domain(60.0, 60.0)
@@ -31,9 +33,6 @@ BODIES = {
     "wheel": Body(UPPER, ellipse(8.0, 11.0, 0.7, 1.0), STEEL, DOMAIN, 90.0),
     "hub": Body(UPPER, plane(), STEEL, DOMAIN, 40.0, hub_radius=15.0),
 }
-each = pytest.mark.parametrize("body", BODIES.values(), ids=BODIES)
-
-
 HALVES = {
     "rail": (Body(LOWER, arc(10.0, 0.6, 0.6), STEEL, DOMAIN), True),
     "wheel": (Body(UPPER, ellipse(8.0, 11.0, 1.0, 1.0), STEEL, DOMAIN, 90.0), True),
@@ -111,17 +110,6 @@ def test_cells_at_a_joint_are_smaller_than_its_distance_from_the_strip_requires(
     assert np.max(np.diff(knots[at - 1 : at + 2])) < 0.3 * 0.5 * 5.8
 
 
-def test_half_of_a_section_is_half_of_it():
-    body, _ = HALVES["rail"]
-    areas = [
-        Basis(section_mesh(body, SectionSize(CELLS, STRIPS), half_section=half).mesh, ElementTriP4()).dx.sum()
-        for half in (True, False)
-    ]
-    assert 2 * areas[0] == pytest.approx(areas[1], rel=1e-2)  # far edges are chords
-    half = section_mesh(body, SectionSize(CELLS, STRIPS), half_section=True).mesh
-    assert np.min(half.doflocs[0]) == 0.0
-
-
 @pytest.mark.parametrize("half", [False, True])
 @pytest.mark.parametrize("wave", [0.05, 0.02])
 def test_cells_on_a_strip_are_as_short_as_the_waves_require(wave, half):
@@ -143,18 +131,6 @@ def test_strips_may_touch_each_other_and_end_at_a_joint():
             assert np.min(np.abs(knots - end)) < 1e-6
 
 
-def triangles(section):
-    """Corners of the cells (2, 3, n)."""
-    return section.mesh.p[:, : section.mesh.nvertices][:, section.mesh.t[:3]]
-
-
-def test_shapes_of_triangles():
-    """1 of equal edges at any size and place, 0 without an area; 3:4:5 is sqrt(3) 24/50."""
-    equal = np.array([[0, 1, 0.5], [0, 0, np.sqrt(0.75)]])
-    corners = np.stack([equal, 1e-3 * equal + 7, [[0, 1, 3], [0, 2, 6]], [[0, 4, 0], [0, 0, 3]]], axis=-1)
-    np.testing.assert_allclose(shapes(corners), [1, 1, 0, np.sqrt(3) * 24 / 50], rtol=1e-9, atol=1e-12)
-
-
 @pytest.mark.parametrize(
     ("radius", "flanks", "n_s"), [(10.2, (25, 33), 13), (10.2, (25, 33), 39), (12.24, (32, 34), 12)]
 )
@@ -171,8 +147,11 @@ def test_cells_growing_like_the_distance_have_the_requested_size(radius, flanks,
     request = MatrixJob(body, grid, settings).request(Level(cells=-1))
     fast = replace(request.cells, growth=GROWTH_WITH_SLIVERS, line_growth=GROWTH_WITH_SLIVERS)
     request = replace(request, cells=fast)
-    corners = triangles(build_section(request))
+    mesh = build_section(request).mesh
+    corners = mesh.p[:, mesh.t[:3]]  # (2, 3, n)
     assert np.min(shapes(corners)) > 0.25
+    known = np.array([[[0, 0], [0, 0]], [[1, 4], [0, 0]], [[0.5, 0], [np.sqrt(0.75), 3]]]).swapaxes(0, 1)
+    np.testing.assert_allclose(shapes(1e-3 * known + 7), [1, np.sqrt(3) * 24 / 50], rtol=1e-9)  # equal, 3:4:5
     edges = np.unique(strips(load.patch for load in request.loads))
     ends = body.contour.position(edges)[:, None, None]  # (2, 1, 1, n)
     apart = np.min(np.linalg.norm(corners[..., None] - ends, axis=0), axis=(0, 2))
@@ -205,13 +184,9 @@ def test_strips_slightly_across_the_symmetry_plane_are_meshed_as_if_ending_on_it
 
 def test_a_contour_that_turns_on_a_small_radius_gets_small_cells():
     """Far from the strip; where cells grow with the distance alone the contour would be missed by a third."""
-    sharp = ellipse(4.0, 20.0, 1.2, 1.2)
-    body = Body(LOWER, sharp, STEEL, DOMAIN)
-    far = np.array([[20.0, 20.4]])
-    turned = np.abs(
-        np.diff(sharp.inclination(section_mesh(body, SectionSize(Cells(0.1, 0.5, 0.5), far)).knots))
-    )
-    assert np.max(turned) < 0.8
+    body = Body(LOWER, ellipse(4.0, 20.0, 1.2, 1.2), STEEL, DOMAIN)
+    knots = section_mesh(body, SectionSize(Cells(0.1, 0.5, 0.5), np.array([[20.0, 20.4]]))).knots
+    assert np.max(np.abs(np.diff(body.contour.inclination(knots)))) < 0.8
 
 
 def test_cells_that_fold_are_refused():
@@ -225,10 +200,10 @@ def test_cells_that_fold_are_refused():
         assemble(replace(section, mesh=replace(section.mesh, doflocs=nodes)))
 
 
-@pytest.mark.parametrize("name", ["rail", "wheel"])
-def test_the_mesh_fills_what_contour_and_far_arc_enclose(name):
-    body = BODIES[name]
-    section = section_mesh(body, SectionSize(Cells(0.1, 0.1, 0.1), STRIPS))
+@pytest.mark.parametrize(("name", "half"), [("rail", False), ("wheel", False), ("rail", True)])
+def test_the_mesh_fills_what_contour_and_far_arc_enclose(name, half):
+    body = (HALVES if half else WHOLE)[name][0]
+    section = section_mesh(body, SectionSize(Cells(0.1, 0.1, 0.1), STRIPS), half_section=half)
     contour = body.contour.position(np.linspace(*body.s_range, 20_001))
     left, right = np.arctan2(*contour[::-1, [0, -1]])
     left += 2 * np.pi * ((left < right) - 1) if body.side < 0 else 2 * np.pi * (left < right)
@@ -237,10 +212,11 @@ def test_the_mesh_fills_what_contour_and_far_arc_enclose(name):
     y, z = np.hstack([contour, 60.0 * np.stack([np.cos(around), np.sin(around)])])
     enclosed = abs(np.sum(y * np.roll(z, -1) - z * np.roll(y, -1))) / 2
     filled = Basis(section.mesh, ElementTriP4()).dx.sum()
-    assert filled == pytest.approx(enclosed, rel=3e-3)  # the cells' far edges are chords: h^2 / 6 R^2
+    assert filled == pytest.approx(enclosed / (2 if half else 1), rel=3e-3)  # far edges: h^2 / 6 R^2
+    assert not half or np.min(section.mesh.doflocs[0]) == 0.0
 
 
-@each
+@pytest.mark.parametrize("body", BODIES.values(), ids=BODIES)
 def test_every_node_of_the_far_arc_and_the_hub_is_held_and_no_other(body):
     section = section_mesh(body, SectionSize(CELLS, STRIPS))
     held = np.flatnonzero(section.supported)
@@ -250,3 +226,69 @@ def test_every_node_of_the_far_arc_and_the_hub_is_held_and_no_other(body):
     of_vertices = held[vertex[held // 3]]
     expected = 3 * np.flatnonzero(far & vertex)[:, None] + np.arange(3)
     np.testing.assert_array_equal(of_vertices, expected.ravel())
+
+
+# --- what elasticity demands: symmetry, reciprocity, free rigid motions, balance of forces --------------
+
+BARE = Cells(0.1, 0.5, 0.5)
+WHEEL = Body(UPPER, UNSYMMETRIC, STEEL, Domain(40.0, 40.0), 70.0)
+LOADS = tuple(Load(Patch(0.3, 0.4, s), direction) for s in (0.0, 2.0) for direction in range(3))
+ONE_STRIP = SectionSize(BARE, np.array([[-0.4, 0.4]]))
+RAIL = replace(WHEEL, side=LOWER, rolling_radius=np.inf)
+
+
+@pytest.fixture(scope="module", params=[WHEEL, RAIL], ids=["wheel", "rail"])
+def model(request):
+    strips = np.array([[-0.4, 0.4], [1.6, 2.4]])
+    return assemble(section_mesh(request.param, SectionSize(BARE, strips)))
+
+
+@pytest.mark.parametrize("k", [0.0, 0.02, 0.7, 5.0])
+def test_the_stiffness_is_symmetric_and_positive_and_loads_are_reciprocal(model, k):
+    forces = np.stack([strip_force(model.section, load) for load in LOADS], axis=1)
+    work = forces.T @ fields(model, model.section.supported, k, forces)
+    np.testing.assert_allclose(work, work.T, rtol=0, atol=1e-11 * np.max(work))
+    assert np.all(np.linalg.eigvalsh((work + work.T) / 2) > 0)
+
+
+def resistance(section, k, u):
+    """Largest force on nodes that all move by u, nothing held, over the largest entry of K(k)."""
+    K = stiffness(assemble(section), k)
+    return np.max(np.abs(K @ np.tile(u, K.shape[0] // 3))) / np.max(np.abs(K.data))
+
+
+def test_a_rail_does_not_resist_translations_that_do_not_change_along_x():
+    section = section_mesh(RAIL, ONE_STRIP)
+    for axis in np.eye(3):
+        assert resistance(section, 0.0, axis) < 1e-10
+    assert resistance(section, 0.3, np.eye(3)[1]) > 1e-4
+
+
+@pytest.mark.parametrize("side", [LOWER, UPPER])
+def test_a_wheel_does_not_resist_a_translation_along_its_axis_or_across_it(side):
+    """Across: of order one, u_z = cos(theta), u_x = side sin(theta) of the turned section."""
+    section, order_one = section_mesh(replace(WHEEL, side=side), ONE_STRIP), 1 / WHEEL.rolling_radius
+    assert resistance(section, 0.0, [0.0, 1.0, 0.0]) < 1e-10
+    assert resistance(section, order_one, [side, 0.0, 1.0]) < 1e-9
+    assert resistance(section, order_one, [-side, 0.0, 1.0]) > 1e-4
+
+
+def test_supports_carry_the_load(model):
+    """k = 0: the reactions balance a force along y."""
+    force = strip_force(model.section, LOADS[1])
+    u = fields(model, model.section.supported, 0.0, force[:, None])
+    reaction = stiffness(model, 0.0) @ u[:, 0] - force
+    carried = force[1::3].sum()
+    assert carried == pytest.approx(1, rel=1e-3)  # the strip is curved: cosines of 0.05
+    assert reaction[1::3].sum() == pytest.approx(-carried, rel=1e-9)
+    assert np.max(np.abs(reaction[~model.section.supported.ravel()])) < 1e-9
+
+
+@pytest.mark.parametrize("body", [pytest.param(WHEEL, marks=pytest.mark.slow), RAIL], ids=["wheel", "rail"])
+def test_observers_in_front_and_behind_see_mirror_images(body):
+    asked = harmonic_job(40.0).request(Level())
+    x, s = np.array([1.5, -1.5]), np.array([0.8, 0.8])
+    rough = replace(asked, cells=BARE, accuracy=100 * asked.accuracy)
+    u = raw_ics(replace(rough, body=body, loads=LOADS[:3], points=Points(x, s))).u
+    signs = np.outer([-1, 1, 1], [-1, 1, 1])  # load, displacement
+    np.testing.assert_allclose(u[..., 1], signs * u[..., 0], rtol=0, atol=1e-12 * np.max(np.abs(u)))

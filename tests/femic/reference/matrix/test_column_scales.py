@@ -45,10 +45,11 @@ FAR = LAG**2 + APART**2 >= 16
 
 
 def test_within_four_elements_errors_are_shares_of_five_times_a_nn_there():
-    c = np.full((3, 3, 7, 6), 1e9)
-    result = column_scale(STRIP, c, [job()])
-    expected = np.broadcast_to(5 * a_nn(STEEL, LOWER), c.shape)
-    np.testing.assert_allclose(result[..., ~FAR], expected[..., ~FAR])
+    """Of several bodies the half-spaces add up."""
+    c, jobs, a = np.full((3, 3, 7, 6), 1e9), [job(), job(SOFT, UPPER)], a_nn(STEEL, LOWER)
+    for n, expected in ((1, 5 * a), (2, 5 * (a + a_nn(SOFT, UPPER)))):
+        result = column_scale(STRIP, c, jobs[:n])
+        np.testing.assert_allclose(result[..., ~FAR], np.broadcast_to(expected, c.shape)[..., ~FAR])
     assert np.sum(FAR) not in (0, FAR.size)
 
 
@@ -67,13 +68,6 @@ def test_scale_of_a_vanishing_component_is_a_twentieth_of_the_largest_a_nn():
     for strip in range(6):
         far = FAR[:, strip]
         np.testing.assert_allclose(result[0, 2, far, strip], np.max(a[far, strip]) / 20)
-
-
-def test_of_several_bodies_the_half_spaces_add_up():
-    zero = np.zeros((3, 3, 7, 6))
-    both = column_scale(STRIP, zero, [job(), job(SOFT, UPPER)])
-    alone = column_scale(STRIP, zero, [job()]) + column_scale(STRIP, zero, [job(SOFT, UPPER)])
-    np.testing.assert_allclose(both, alone)
 
 
 def column(**parts):
@@ -97,11 +91,7 @@ def test_shares_of_a_column_are_the_worst_of_each_part_and_of_their_sum():
     assert (result.mesh, result.truncation, result.waves) == pytest.approx((0.4, 0.3, 0.35))
     assert result.total == pytest.approx(0.6)
     assert (result.component, result.line) == ("xn", "of strip 1 under strip 3 (worst at lag 5)")
-
-
-def test_nan_is_an_infinite_error():
-    c = column(mesh_error={(2, 1, 1, 3): np.nan})
-    result = column_shares(0, c, np.ones((3, 3, 7, 6)))
+    result = column_shares(0, column(mesh_error={(2, 1, 1, 3): np.nan}), scale)
     assert (result.mesh, result.truncation, result.total, result.component) == (np.inf, 0, np.inf, "ns")
 
 
@@ -123,12 +113,8 @@ class Column:
 
 def columns(error_of):
     """ICs of 1, with some error of the mesh, strip by strip."""
-    return Column(
-        [
-            EstimatedICs(np.ones((3, 3, 7, 6)), e + np.zeros((3, 3, 7, 6)), *np.zeros((2, 3, 3, 7, 6)))
-            for e in error_of
-        ]
-    )
+    one, zero = np.ones((3, 3, 7, 6)), np.zeros((3, 3, 7, 6))
+    return Column([EstimatedICs(one, e + zero, zero, zero) for e in error_of])
 
 
 def test_all_strips_are_assessed_and_the_sum_of_bodies_on_its_own_scale():

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from approx.halfspace import HalfSpace
-from approx.pair import Pair, Solid, matrix
 from femic.contact.operators.dense import GridOperator, reciprocity_defects
 from femic.reference.discount import generalized, rigid_part
 from femic.reference.engine import Points
@@ -17,7 +16,7 @@ from femic.reference.job import Job, Settings
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.matrix.reference import assess_matrices, column_scale, column_shares, matrices
 from femic.reference.refinement import references
-from femic.reference.result import estimated, scales
+from femic.reference.result import estimated
 from femic.reference.run_options import Level, RunOptions
 from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
@@ -202,14 +201,6 @@ def test_supports_are_where_they_should_be_however_large_their_cells_are():
     assert np.max(np.abs(c.ic - finer.ic) / scale) <= np.max((c.estimate + finer.estimate) / scale)
 
 
-@pytest.mark.slow
-def test_two_different_flanks_are_known_with_the_first_models():
-    """Coarse models lacked cells between strips and far arc: an estimate of 382 %, refined without end."""
-    job = matrix_job(UPPER, arc(10.2, np.radians(25), np.radians(33)), Grid(8, 13, 0.4, 0.4), tolerance=0.01)
-    result = solved({"upper": changed(job, most_unknowns=60_000)})["upper"]
-    assert result.level == Level()
-
-
 # --- what elasticity demands -----------------------------------------------------------------------------
 
 
@@ -267,24 +258,3 @@ def test_on_an_arc_only_the_distance_matters_but_for_a_rigid_motion():
     columns = columns[:, np.any(columns != 0, axis=0)]
     left = np.concatenate(unequal) - columns @ np.linalg.lstsq(columns, np.concatenate(unequal))[0]
     assert np.max(np.abs(left) / np.concatenate(scale)) < 3e-3
-
-
-def test_approximations_fill_the_same_matrix():
-    rail, wheel = (
-        Solid(STEEL, matrix_job(side, arc(10.0, 0.3, 0.3)).body.surface) for side in (LOWER, UPPER)
-    )
-    pair = Pair(wheel, rail)
-    ics = matrix("Bhat", pair, GRID)
-    assert ics.shape == (GRID.n_x, GRID.n_s, GRID.n_s, 3, 3)
-    at = pair.approximate("Bhat", GRID.patch(2), ([GRID.lags[3]], [GRID.strips[5]]))[..., 0]
-    np.testing.assert_array_equal(ics[3, 5, 2], at)
-
-
-def test_scales_far_from_the_load_equal_the_scales_of_single_loads(on_plane):
-    job, strip = on_plane.job, 0
-    c = on_plane.column(strip).ic
-    line = c[:, :, :, 7]
-    points = Points(GRID.lags, np.full(GRID.n_x, GRID.strips[7]))
-    single = Job(job.body, GRID.patch(strip), ("nn",), points, {"line": slice(None)}, job.settings)
-    expected = scales([single], line)["line"]
-    np.testing.assert_allclose(column_scale(strip, c, [job])[..., 0, 7], expected, rtol=2e-3)

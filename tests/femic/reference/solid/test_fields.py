@@ -1,4 +1,4 @@
-"""Fields on the whole body: mirror images, and stresses against closed forms."""
+"""Fields on the whole body: mirror images, stresses against closed forms, and their files."""
 
 from dataclasses import replace
 from itertools import product
@@ -10,7 +10,15 @@ from scipy.spatial import cKDTree
 from femic.reference.engine import Points
 from femic.reference.meshing import Cells
 from femic.reference.solid.engine import assemble, build_mesh, observe, solve
-from femic.reference.solid.fields import displacement, figure_grid, nodal_fields, stress, von_mises
+from femic.reference.solid.fields import (
+    NodalField,
+    displacement,
+    figure_grid,
+    nodal_fields,
+    stress,
+    von_mises,
+    write_vtu,
+)
 from femic.reference.solid.linear import is_curved
 from femic.reference.symmetry import Y, on_plane
 from geometries.contours import plane
@@ -151,8 +159,38 @@ def boussinesq_von_mises(patch, z):
     return np.sqrt(1.5) * np.linalg.norm(principal - np.mean(principal))
 
 
-def test_stress_of_an_image_is_that_of_its_model_node(model, fields):
-    """One part, even or odd: the image has the same von Mises stress, on the planes too."""
-    grid = figure_grid(model.solid)
-    stresses = von_mises(stress(grid, STEEL, displacement(grid, fields[Load(CENTRED, 2)])))
-    np.testing.assert_allclose(stresses, stresses[grid.source], rtol=1e-6)
+# --- files ---------------------------------------------------------------------------------------------
+
+QUADRATIC_TETRAHEDRON = 24
+VTK_EDGES = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]  # of vtkQuadraticTetra, nodes 4 to 9
+
+
+def written(grid, path):
+    """A field on a grid, and what PyVista reads of its file."""
+    pyvista = pytest.importorskip("pyvista")
+    x, y, z = grid.nodes
+    field = NodalField(grid, np.stack([x**2, y - z, x * y / 7], axis=1), np.abs(x) + y**2)
+    return field, pyvista.read(write_vtu(field, path))
+
+
+def test_nodes_and_values_come_back_exactly(tmp_path):
+    grid = figure_grid(build_mesh(request_for(UNSYMMETRIC, side=UPPER)))
+    field, read = written(grid, tmp_path / "new" / "folder" / "upper_n.vtu")
+    np.testing.assert_array_equal(read.points, grid.nodes.T)
+    np.testing.assert_array_equal(read["displacement"], field.displacement)
+    np.testing.assert_array_equal(read["von_mises"], field.von_mises)
+    assert set(read.celltypes) == {QUADRATIC_TETRAHEDRON}
+    assert read.n_cells == grid.cells.shape[1]
+
+
+def test_cells_have_the_order_of_nodes_that_vtk_defines(flat, tmp_path):
+    """Mid-side nodes lie in the middle of their edges; no cell is inside out, as mirror images turn them."""
+    _, read = written(flat, tmp_path / "flat.vtu")
+    nodes = read.points[read.cells_dict[QUADRATIC_TETRAHEDRON]]  # (n_cells, 10, 3)
+    middles = np.stack([nodes[:, edge].mean(axis=1) for edge in VTK_EDGES], axis=1)
+    np.testing.assert_allclose(nodes[:, 4:], middles, atol=1e-10)
+    a, b, c, d = np.moveaxis(nodes[:, :4], 1, 0)
+    volumes = np.einsum("ni,ni->n", np.cross(b - a, c - a), d - a) / 6
+    assert volumes.min() > 0
+    x_low, x_high, y_low, y_high, z_low, _ = read.bounds
+    assert volumes.sum() == pytest.approx(np.pi / 4 * (x_high - x_low) * (y_high - y_low) * -z_low, rel=0.05)

@@ -1,16 +1,43 @@
-"""Linear solvers: non-convergence is an error, and multigrid does not slow down with the mesh."""
+"""The stiffness on a curved mesh and its solvers: kernel, energy, residuals, iterations, errors."""
 
 import numpy as np
 import pytest
+from skfem import Basis, ElementTetP2
 
 from femic.reference.engine import Points
 from femic.reference.job import NotConverged
 from femic.reference.solid import engine, linear
 from femic.reference.solid.engine import from_vertices, patch_load, raw_ics, solve
-from femic.reference.solid.linear import rigid_body_modes
+from femic.reference.solid.linear import is_curved, rigid_body_modes, stiffness
 from femic.reference.symmetry import Parity, held_by_symmetry
 from geometries.patches import Load
-from tests.femic.reference.conftest import COARSE, PATCH, SYMMETRIC, request_for
+from tests.femic.reference.conftest import COARSE, PATCH, STEEL, SYMMETRIC, request_for
+
+STRAINS = np.array([[1.0, 0.3, -0.2], [0.1, -0.7, 0.4], [0.5, 0.2, 0.6]])
+
+
+def test_the_stiffness_is_symmetric_and_rigid_body_modes_are_its_kernel(half_model):
+    assert 0.01 < np.mean(is_curved(half_model.solid.mesh)) < 0.5
+    K, modes = half_model.stiffness, rigid_body_modes(half_model.solid.nodes)
+    assert np.abs(K - K.T).max() < 1e-13 * np.abs(K).max()
+    # rounding: forces of a mode are sums of about 30 terms of the size |K| |mode|
+    scale = np.abs(K).max() * np.abs(modes).max(axis=0)
+    assert np.all(np.abs(K @ modes).max(axis=0) < 1e-12 * scale)
+    assert np.linalg.matrix_rank(modes) == 6
+
+
+def test_constant_strain_is_in_equilibrium_inside_and_has_the_energy_of_the_material_law(half_model):
+    mesh = half_model.solid.mesh
+    u = (STRAINS @ half_model.solid.nodes).T.ravel()
+    forces = (half_model.stiffness @ u).reshape(-1, 3)
+    inside = np.ones(len(forces), dtype=bool)
+    inside[mesh.dofs.get_facet_dofs(mesh.boundary_facets()).flatten()] = False
+    # 1e-12: rounding; the quadrature of curved cells integrates constant stress exactly
+    assert np.abs(forces[inside]).max() < 1e-12 * np.abs(forces).max()
+    strain = (STRAINS + STRAINS.T) / 2
+    density = STEEL.lame / 2 * np.trace(strain) ** 2 + STEEL.G * np.sum(strain**2)
+    volume = Basis(mesh, ElementTetP2(), intorder=5).dx.sum()
+    assert u @ stiffness(mesh, STEEL) @ u / 2 == pytest.approx(density * volume, rel=1e-11)
 
 
 def test_no_convergence_is_an_error_with_residual_and_remedy(monkeypatch):

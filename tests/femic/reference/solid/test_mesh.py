@@ -5,34 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
-from skfem import Basis, ElementTetP2, ElementTriP2, MeshTet, MeshTet2, MeshTri
+from skfem import Basis, ElementTriP2, MeshTet, MeshTet2, MeshTri
 
 from femic.reference.engine import Points
 from femic.reference.meshing import Cells
 from femic.reference.solid.engine import build_mesh
 from femic.reference.solid.mesh import Focus, Trace, _folded, curved, fill, unfold
-from geometries.surfaces import UPPER
-from tests.femic.reference.conftest import COARSE, SMALL, SYMMETRIC, UNSYMMETRIC, request_for
-
-
-@pytest.mark.parametrize("contour", [SYMMETRIC, UNSYMMETRIC], ids=["quarter", "half"])
-def test_surface_nodes_lie_on_the_true_contour(contour):
-    solid = build_mesh(request_for(contour))
-    s = solid.trace.basis.doflocs[1]
-    # 1e-12 of the far radius: rounding of the projection
-    on_contour = contour.position(s)
-    np.testing.assert_allclose(solid.nodes[1:, solid.trace.nodes], on_contour, atol=1e-12 * SMALL.far_radius)
-
-
-def test_chart_and_solid_agree_on_x(half_model):
-    trace = half_model.solid.trace
-    np.testing.assert_allclose(half_model.solid.nodes[0, trace.nodes], trace.basis.doflocs[0], atol=1e-12)
-
-
-def test_chart_covers_the_whole_contact_surface(half_model):
-    start, end = half_model.solid.body.s_range
-    area = trace_area(half_model.solid)
-    assert area == pytest.approx(SMALL.half_length * (end - start), rel=1e-9)
+from tests.femic.reference.conftest import COARSE, SMALL, SYMMETRIC, request_for
 
 
 @pytest.mark.parametrize("side", [-1, 1])
@@ -57,21 +36,6 @@ def test_size_of_a_triangle_is_the_leg_of_the_right_one_of_its_area():
     assert trace.smallest((3.0, 4.0), (5.0, 6.0)) == pytest.approx(np.sqrt(3 * 4))  # far from small ones
 
 
-def trace_area(solid):
-    return solid.trace.basis.dx.sum()
-
-
-def test_both_bodies_fill_the_cylinder():
-    volumes = [
-        Basis(build_mesh(request_for(SYMMETRIC, side=side)).mesh, ElementTetP2(), intorder=5).dx.sum()
-        for side in (-1, UPPER)
-    ]
-    cylinder = np.pi * SMALL.far_radius**2 * SMALL.half_length / 2
-    # the far arc is a polygon: chords of angle t lose t^2 / 6 of the area; cells have 0.3 r to 0.45 r
-    assert sum(volumes) == pytest.approx(cylinder, rel=0.45**2 / 6)
-    assert sum(volumes) < cylinder
-
-
 def test_cells_are_small_at_the_patch_and_along_the_lines():
     cells, x = Cells(0.2, 0.4, 0.1), np.linspace(0, 12, 60)
     line = Points(x, np.full_like(x, 1.0))
@@ -92,35 +56,16 @@ def test_cells_are_small_at_the_patch_and_along_the_lines():
 # --- cells that would fold far from a patch keep straight edges, and only these ---
 
 
-@pytest.fixture
-def straight():
-    """Five tetrahedra that fill a box, with nodes in the middles of their edges."""
-    return MeshTet2.from_mesh(MeshTet.init_tensor(*[np.array([0.0, side]) for side in (1.0, 1.3, 0.8)]))
-
-
-def bent(straight, *, by):
-    """Its nodes with the first mid-side node moved by a share of its edge, along the edge."""
-    nodes = straight.doflocs.copy()
-    first = straight.nvertices
-    ends = straight.edges[:, 0]
-    nodes[:, first] += by * (nodes[:, ends[1]] - nodes[:, ends[0]])
-    return nodes, first
-
-
-def test_a_cell_that_folds_gets_its_edge_back(straight):
-    nodes, first = bent(straight, by=0.6)
-    assert len(_folded(MeshTet2(nodes, straight.t))) > 0
-    result = unfold(straight, nodes, np.array([first, first + 1]))
-    np.testing.assert_array_equal(result, straight.doflocs)
-
-
-def test_a_cell_that_does_not_fold_stays_curved(straight):
-    nodes, first = bent(straight, by=0.1)
-    assert len(_folded(MeshTet2(nodes, straight.t))) == 0
-    np.testing.assert_array_equal(unfold(straight, nodes, np.array([first])), nodes)
-
-
-def test_an_edge_that_must_be_curved_stays_so(straight):
-    """The mesh is refused then, or made with other cells."""
-    nodes, first = bent(straight, by=0.6)
-    np.testing.assert_array_equal(unfold(straight, nodes, np.array([first + 1])), nodes)
+@pytest.mark.parametrize(
+    ("by", "loose", "straightened"),
+    [(0.6, [0, 1], True), (0.1, [0], False), (0.6, [1], False)],
+    ids=["folds", "does not fold", "must be curved"],
+)
+def test_a_cell_that_folds_gets_its_edge_back_unless_it_must_be_curved(by, loose, straightened):
+    """A box of five tetrahedra, a mid-side node moved along its edge. The mesh may be refused then."""
+    box = MeshTet2.from_mesh(MeshTet.init_tensor(*[np.array([0.0, side]) for side in (1.0, 1.3, 0.8)]))
+    nodes, ends = box.doflocs.copy(), box.edges[:, 0]
+    nodes[:, box.nvertices] += by * (nodes[:, ends[1]] - nodes[:, ends[0]])
+    assert (len(_folded(MeshTet2(nodes, box.t))) > 0) == (by == 0.6)
+    result = unfold(box, nodes.copy(), box.nvertices + np.array(loose))
+    np.testing.assert_array_equal(result, box.doflocs if straightened else nodes)

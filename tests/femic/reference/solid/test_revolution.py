@@ -1,4 +1,4 @@
-"""Bodies of revolution: meshes, supports, and the prismatic body as their limit."""
+"""Meshes and supports of prismatic bodies and bodies of revolution, and the one as the limit of the other."""
 
 import numpy as np
 import pytest
@@ -13,6 +13,8 @@ from tests.femic.reference.conftest import SYMMETRIC, UNSYMMETRIC, ics_of, reque
 from tests.femic.reference.known_bodies import LINES, first_c, job, line_errors
 
 CASES = {  # contour, side, rolling radius, domain
+    "prismatic quarter": (SYMMETRIC, LOWER, np.inf, Domain(40.0, 50.0)),
+    "prismatic half": (UNSYMMETRIC, UPPER, np.inf, Domain(40.0, 50.0)),
     "quarter": (SYMMETRIC, UPPER, 100.0, Domain(40.0, 50.0)),
     "half": (UNSYMMETRIC, UPPER, 100.0, Domain(40.0, 50.0)),
     "lower": (SYMMETRIC, LOWER, 100.0, Domain(40.0, 50.0)),
@@ -33,26 +35,17 @@ def solid(request):
     return build_mesh(request_for(contour, side=side, **wheel))
 
 
-def test_surface_nodes_lie_on_the_surface_of_revolution(solid):
+def test_surface_nodes_lie_on_the_surface_where_their_chart_says_which_covers_all_of_it(solid):
     body, trace = solid.body, solid.trace
     xi, s = trace.basis.doflocs
-    y, z = body.contour.position(s)
-    on_surface = solid.nodes[:, trace.nodes]
-    R = body.rolling_radius
-    np.testing.assert_allclose(on_surface[1], y, atol=1e-10)
-    radius = np.hypot(on_surface[0], R - body.side * on_surface[2])
-    np.testing.assert_allclose(radius, R - body.side * z, atol=1e-10)
-    angle = np.abs(np.arctan2(on_surface[0], R - body.side * on_surface[2]))  # x >= 0 is modelled
-    np.testing.assert_allclose(R * angle, xi, atol=1e-9)
-
-
-def test_chart_covers_the_whole_contact_surface(solid):
-    start, end = solid.body.s_range
+    # rounding of the projection
+    np.testing.assert_allclose(solid.nodes[:, trace.nodes], body.surface.position(xi, s), atol=1e-10)
+    start, end = body.s_range
     width = end if solid.half_section else end - start
-    assert solid.trace.basis.dx.sum() == pytest.approx(solid.body.xi_end * width, rel=1e-9)
+    assert trace.basis.dx.sum() == pytest.approx(body.xi_end * width, rel=1e-9)
 
 
-def test_volume_is_that_of_the_revolved_section(solid):
+def test_volume_is_that_of_the_extruded_or_revolved_section(solid):
     """Pappus: the integral of the circles' radius over the section, by a fine polygon of its outline."""
     body, far = solid.body, solid.body.domain.far_radius
     s = np.linspace(*body.s_range, 20001)
@@ -69,7 +62,7 @@ def test_volume_is_that_of_the_revolved_section(solid):
     strip = (y1 - y0) / 2  # z integrated: (z0 + z1) dy / 2, and its moment
     area = -np.sum(strip * (z0 + z1))
     moment = -np.sum(strip * (z0**2 + z0 * z1 + z1**2) / 3)
-    volume = (body.xi_end / body.rolling_radius) * (body.rolling_radius * area - moment)
+    volume = body.xi_end * (area - moment / body.rolling_radius)
     share = 0.5 if solid.half_section else 1.0
     result = Basis(solid.mesh, ElementTetP2(), intorder=5).dx.sum()
     # far faces are polyhedra of large cells (up to 0.45 of their distance): they lose some percent
