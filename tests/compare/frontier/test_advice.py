@@ -117,7 +117,7 @@ def test_advice_computes_tighter_c_before_small_component_counts_as_zero(
 
     monkeypatch.setattr(advising, "compute_frontier", compute)
     request, dataset = frontier_for("geometry1", Question((component,), 0.9, "combined"), RunOptions(1))
-    assert tightest == tried
+    assert list(dict.fromkeys(tightest)) == tried
     assert request.methods[-1].tolerance == tried[-1]
     assert dataset.vanishes.sel(body="combined", component=component) == vanishes
 

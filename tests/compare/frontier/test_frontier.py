@@ -129,11 +129,7 @@ def test_advice_meets_tolerance_at_least_cost(made, tolerance, components, body)
 @pytest.mark.parametrize(
     ("question", "kind", "message"),
     [
-        (
-            (COMPONENTS, 1e-7, "combined"),
-            Failure,
-            r"no way meets 1e-07: the best, harmonic 0\.0?1, has",
-        ),
+        ((COMPONENTS, 1e-7, "combined"), Failure, r"no way meets 1e-07: the best, harmonic 0\.0?1, has"),
         ((("ss",), 0.1, "combined"), WrongInput, "component = ss: the scene has nn"),
         ((("nn",), 0.1, "upper"), WrongInput, "body = upper"),
     ],

@@ -40,11 +40,7 @@ def test_contacts_are_compared_with_the_contact_with_c(curve):
 def test_shares_of_contacts_with_friction_are_compared_as_differences(curve, tmp_path):
     """At seven flanks, one friction, by A and B-hat, at two creepages."""
     by = ("flank", "friction", "ics", "xi")
-    numbers = {
-        "p_max": [[110.0], [100.0]],
-        "estimate_p_max": 3.0,
-        "sliding_share": [[0.2, 0.9], [0.5, 1.0]],
-    }
+    numbers = {"p_max": [[110.0], [100.0]], "estimate_p_max": 3.0, "sliding_share": [[0.2, 0.9], [0.5, 1.0]]}
     values = {name: (by, np.broadcast_to(value, (7, 1, 2, 2)).copy()) for name, value in numbers.items()}
     values["largest_of_curve"] = by[:3], np.broadcast_to([0.07, 0.0], (7, 1, 2)).copy()
     kept = keeping(curve, "contact", values, ics=["A", "Bhat"], friction=[0.3], xi=[0.0, 0.01])

@@ -10,26 +10,12 @@ from compare.report.looks import label_looks
 from compare.validation.statements import coupling_components as coupling
 from compare.validation.statements import curves, engines_and_limits, finite_elements, random_contacts
 from compare.validation.statements import direct_components as direct
-from compare.validation.statements.curves import (
-    ACROSS,
-    ALONE,
-    BESIDE,
-    CONCAVE,
-    CONVEX,
-    INDEPENDENT,
-    Curve,
-)
+from compare.validation.statements.curves import ACROSS, ALONE, BESIDE, CONCAVE, CONVEX, INDEPENDENT, Curve
 from compare.validation.statements.page import STATEMENTS
 from compare.validation.statements.random_contacts import GridComparison
 from compare.validation.statements.runs import GEOMETRIES
 from geometries.patches import N, S, X
-from tests.compare.validation.statements.handmade import (
-    Runs,
-    by_body,
-    made,
-    runs_of,
-    times,
-)
+from tests.compare.validation.statements.handmade import Runs, by_body, made, runs_of, times
 from tests.compare.validation.statements.makers import NN, SN, SS, XN, XS, fitted, term, turned
 from tests.compare.validation.statements.mutations import CRITERIA
 
@@ -289,10 +275,7 @@ def test_pressures_with_ics_are_drawn_where_finite_elements_have_theirs():
     s, s_fe = np.linspace(-2.0, 2.0, 9), np.linspace(-1.0, 1.0, 5)
     p = {"C": 100 - 10 * s, "A": 90 + 0 * s, "Bbar": np.nan * s}
     dataset = xr.Dataset(
-        {
-            "p": (("case", "ics", "s"), [list(p.values())]),
-            "p_fe": (("case", "s_fe"), [101 - 10 * s_fe]),
-        },
+        {"p": (("case", "ics", "s"), [list(p.values())]), "p_fe": (("case", "s_fe"), [101 - 10 * s_fe])},
         coords={
             "case": ("case", [58e3], {"units": "N"}),
             "ics": list(p),

@@ -96,10 +96,7 @@ WITHOUT_ICS = {  # what is wrong, and the criteria that must miss
         times(SteadyRolling, "elastic_slip", 2),
         {(44, "Carter"), (44, "Kalker")},
     ),
-    "sign of the wheel's circles": (
-        mirrored(*VELOCITY, "height"),
-        {(44, "circles"), (44, "spin of cones")},
-    ),
+    "sign of the wheel's circles": (mirrored(*VELOCITY, "height"), {(44, "circles"), (44, "spin of cones")}),
     "height of the wheel to the other side": (
         times(Undeformed, "upper_height", -1),
         {(44, "circles"), (44, "spin of cones")},
