@@ -35,7 +35,9 @@ def renders():
 def drawn(monkeypatch):
     """What would be drawn: (PNG, title, in a window) each."""
     pictures = []
-    monkeypatch.setattr(views, "draw_fields", lambda _, *drawn: pictures.append(drawn))
+    monkeypatch.setattr(
+        views, "draw_fields", lambda _, png, title, window: pictures.append((png, title, window))
+    )
     monkeypatch.setattr(views, "can_render", lambda: True)
     return pictures
 
