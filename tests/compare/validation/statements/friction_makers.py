@@ -1,5 +1,6 @@
 """Contacts with friction made by hand, so that a measure of a statement has a given value."""
 
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -104,8 +105,12 @@ def runs(name="rolling", **numbers):
     """Runs whose contacts have these numbers; those of other motions, and of ICs by themselves, have none."""
     makers = {"rolling": rolling, "compression": compression}
 
+    @cache  # statements ask for the same contacts again and again
+    def made(motion, ics):
+        return makers[motion](ics, **(numbers if motion == name else {}))
+
     def friction(motion, changes, *_):
-        return makers[motion](changes["contact"]["ics"], **(numbers if motion == name else {}))
+        return made(motion, tuple(changes["contact"]["ics"]))
 
     return lambda: SimpleNamespace(friction=friction)
 
@@ -154,13 +159,16 @@ def with_exchange(size, one=0.0):
 def softer(number, v, ratio_of_moduli):
     """Distances from C v times as large at this ratio of moduli."""
 
-    def friction(_, changes, *__):
-        contact = changes["contact"]
-        unequal = changes.get("upper", {}).get("E") == moduli(ratio_of_moduli)["upper"]
-        factor = 0.1 * (v if unequal else 1.0)
+    @cache
+    def made(ics, frictions, factor):
         sizes = {"rms": of((), 0.0, factor)} if number == "rms" else {"p_max": scaled((), 0.0, factor)}
-        frictions = contact.get("friction", FRICTIONS)
-        return rolling(contact["ics"], **sizes, frictions=frictions)
+        return rolling(ics, **sizes, frictions=frictions)
+
+    def friction(_, changes, *__):
+        contact, unequal = changes["contact"], moduli(ratio_of_moduli)["upper"]
+        is_unequal = changes.get("upper", {}).get("E") == unequal
+        frictions = tuple(contact.get("friction", FRICTIONS))
+        return made(tuple(contact["ics"]), frictions, 0.1 * (v if is_unequal else 1.0))
 
     return lambda: SimpleNamespace(friction=friction)
 
@@ -189,10 +197,7 @@ MADE = {  # the threshold, and runs for a value
     (38, "curve"): (0.05, exchanged),
     (38, "patch"): (0.05, lambda v: runs(p_max=with_exchange(v, one=1.0))),
     (38, "tractions"): (0.05, lambda v: runs("compression", p_s=with_exchange(v))),
-    (38, "pressed patch"): (
-        0.05,
-        lambda v: runs("compression", p_max=with_exchange(v, one=1.0)),
-    ),
+    (38, "pressed patch"): (0.05, lambda v: runs("compression", p_max=with_exchange(v, one=1.0))),
     (39, "curve"): (1.0, lambda v: runs(rms=of(("mix",), 0.1 * v, 0.1))),
     (39, "p_x"): (1.0, lambda v: runs(p_x=scaled(("mix",), 0.1 * v, 0.1))),
     (39, "pressure"): (1.0, lambda v: runs(p_max=scaled(("mix",), 0.1 * v, 0.1))),
