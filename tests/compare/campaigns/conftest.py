@@ -15,8 +15,9 @@ from tests.compare.campaigns.campaigns import (
 )
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def client():
+    """One for all campaigns: to start an event loop takes seconds on a busy machine."""
     with in_this_process() as client:
         yield client
 
@@ -39,7 +40,7 @@ def light_scenes(monkeypatch):
     return computed
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def finished_large(client, tmp_path_factory):
     """The folder of a finished campaign `LIGHT`, whose dataset is large; tests copy it."""
     folder = tmp_path_factory.mktemp("large")

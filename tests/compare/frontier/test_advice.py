@@ -65,23 +65,19 @@ def frontier_of(results):
 
 @pytest.mark.parametrize("components", [["xn"], ["nn", "xn"]])
 def test_zero_is_poor_approximation_of_small_component(components):
-    """Of 0.05 C_nn, A_xn = 0 would be 2 % wrong; it is 100 % wrong."""
+    """Of 0.05 C_nn, A_xn = 0 would be 2 % wrong; it is 100 % wrong. Of nn alone it would do."""
     dataset = frontier_of(hand_made(components))
     at = dataset.sel(way="A", body="combined", component="xn")
-    assert at.error == pytest.approx(1.0)
-    assert at.weight == pytest.approx(SMALL)
+    assert (at.error, at.weight) == (pytest.approx(1.0), pytest.approx(SMALL))
     assert not at.vanishes
     advice = advise(dataset, Question(tuple(components), 0.05, "combined"))
     assert advice.way == BEST.name
     assert advice.text.startswith("Use C, harmonic 0.001: combined ICs to ")
     assert advice.text.endswith("Worst: xn.")
     assert advice.bound == pytest.approx(2 * 1e-5 / SMALL)  # the estimates of both bodies
-
-
-def test_advice_without_small_component_is_an_approximation():
-    dataset = frontier_of(hand_made(["nn", "xn"]))
-    advice = advise(dataset, Question(("nn",), 0.05, "combined"))
-    assert dataset.kind.sel(way=advice.way) == "approximation"
+    if "nn" in components:
+        advice = advise(dataset, Question(("nn",), 0.05, "combined"))
+        assert dataset.kind.sel(way=advice.way) == "approximation"
 
 
 def test_component_smaller_than_its_estimate_is_reported_as_vanishing():
@@ -102,36 +98,28 @@ def test_component_smaller_than_its_estimate_is_reported_as_vanishing():
     assert chart(dataset).cells[0].title == "combined: vanishes, share of 0.05 C_nn"
 
 
-def test_advice_computes_tighter_c_before_small_component_counts_as_zero(monkeypatch):
-    """The estimate is a hundred times the tolerance of the tightest C, in parts of C_xn's size."""
+@pytest.mark.parametrize(
+    ("component", "shrinks", "tried", "vanishes"),
+    [
+        ("xn", True, [0.1, 0.01], False),  # the estimate is a hundred times the tolerance of the tightest C
+        ("xn", False, [0.1, 0.01, 0.001, 0.0001], True),  # there is none tighter
+        ("sn", True, [0.1], True),  # by symmetry
+    ],
+)
+def test_advice_computes_tighter_c_before_small_component_counts_as_zero(
+    monkeypatch, component, shrinks, tried, vanishes
+):
     tightest = []
 
     def compute(_, request, __):
         tightest.append(request.methods[-1].tolerance)
-        return frontier_of(hand_made(["xn"], known=SMALL * tightest[-1]))
+        return frontier_of(hand_made([component], known=SMALL * (tightest[-1] if shrinks else 1.0)))
 
     monkeypatch.setattr(advising, "compute_frontier", compute)
-    request, dataset = frontier_for("geometry1", Question(("xn",), 0.9, "combined"), RunOptions(1))
-    assert tightest == [0.1, 0.01]
-    assert request.methods[-1].tolerance == 0.01
-    assert not dataset.vanishes.sel(body="combined", component="xn")
-
-    monkeypatch.setattr(
-        advising, "compute_frontier", lambda *_, **__: frontier_of(hand_made(["xn"], known=SMALL))
-    )
-    request, dataset = frontier_for("geometry1", Question(("xn",), 0.9, "combined"), RunOptions(1))
-    assert request.methods[-1].tolerance == 1e-4  # there is none tighter
-    assert dataset.vanishes.sel(body="combined", component="xn")
-
-
-def test_no_tighter_c_is_computed_for_components_that_vanish_by_symmetry(monkeypatch):
-    calls = []
-    monkeypatch.setattr(
-        advising, "compute_frontier", lambda *_, **__: calls.append(1) or frontier_of(hand_made(["sn"]))
-    )
-    _, dataset = frontier_for("geometry1", Question(("sn",), 0.9, "combined"), RunOptions(1))
-    assert dataset.vanishes.sel(body="combined", component="sn")
-    assert len(calls) == 1
+    request, dataset = frontier_for("geometry1", Question((component,), 0.9, "combined"), RunOptions(1))
+    assert list(dict.fromkeys(tightest)) == tried
+    assert request.methods[-1].tolerance == tried[-1]
+    assert dataset.vanishes.sel(body="combined", component=component) == vanishes
 
 
 def test_shares_on_both_scales_and_weights():
@@ -156,21 +144,15 @@ def test_errors_of_run_and_their_tables():
     assert at.error.sel(variant="A", i="x", j="n") == pytest.approx(1)
     assert at.error.sel(variant="C", i="x", j="n") == pytest.approx(2e-5 / SMALL)
     assert at.estimate_refinement.sel(i="x", j="n") == pytest.approx(2e-5 / 0.05)
-    on_line = run_errors.sel(body="combined", line=line)
-    rows = {
-        row.name: row.cells
-        for row in error_table("", {"": on_line}, ["nn", "xn", "sn"], results.variants).rows
-    }
-    shown = {symbol: [(cell.text, cell.below) for cell in cells] for symbol, cells in rows.items()}
-    assert shown["A"] == [("0", ""), ("100.0 %", "0.10 %"), ("0", "")]
-    assert shown["C ±"] == [("0", ""), ("2.00 %", "< 0.01 %"), ("vanishes", "")]
-    rms_errors = on_line.assign(error=on_line.rms, weight=np.nan)
-    rms = {
-        row.name: row.cells
-        for row in error_table("", {"": rms_errors}, ["nn", "xn", "sn"], results.variants).rows
-    }
+    rms = at.assign(error=at.rms, weight=np.nan)
+    tables = {}
+    for name, shown in {"errors": at, "rms": rms}.items():
+        rows = error_table("", {"": shown}, ["nn", "xn", "sn"], results.variants).rows
+        tables[name] = {row.name: [(cell.text, cell.below) for cell in row.cells] for row in rows}
+    assert tables["errors"]["A"] == [("0", ""), ("100.0 %", "0.10 %"), ("0", "")]
+    assert tables["errors"]["C ±"] == [("0", ""), ("2.00 %", "< 0.01 %"), ("vanishes", "")]
     of_a_sine = np.sqrt(0.48)  # 12 of its 25 points are squares
-    assert rms["A"][1].text == f"{100 * of_a_sine:.1f} %"
+    assert tables["rms"]["A"][1][0] == f"{100 * of_a_sine:.1f} %"
 
 
 def test_marks_of_vanishing_components_are_hollow():

@@ -8,15 +8,17 @@ import xarray as xr
 
 from compare.pages.frontier import write_frontier
 from compare.studies.contact_advice import advise_contact
-from compare.studies.contact_frontier import compute_contact_frontier, contact_methods
-from compare.studies.frontier import Question
+from compare.studies.contact_frontier import MAP_OF_C, compute_contact_frontier, contact_methods
+from compare.studies.frontier import Question, advise
 from femic.advice import expected
 from femic.cache.store import Store
 from femic.cli.main import DONE, WRONG_INPUT, exit_code
+from femic.contact.operators.approximations import approximate_matrix
 from femic.reference.run_options import RunOptions, Watch
 from femic.scenes.errors import BadScene
 from femic.scenes.load import load_scene
 from geometries.errors import Failure
+from geometries.patches import Grid, N
 from tests.compare.frontier.scenes import flat_text, put, text
 from tests.compare.pages import require_room
 
@@ -105,16 +107,18 @@ def test_grids_are_half_as_fine_and_twice_as_fine_within_their_limits(write):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("command", "message"),
     [
-        (["--want", "F_x"], "want = 'F_x': not of contact.motion = 'none'"),
-        (["--want", "p_max", "--components", "nn"], "--want, --components: .* give one of them"),
-        (["--want", "p_max", "--budget", "-1"], "--budget -1: must be positive"),
+        (["advise", "--want", "F_x"], "want = 'F_x': not of contact.motion = 'none'"),
+        (["advise", "--want", "p_max", "--components", "nn"], "--want, --components: .* give one of them"),
+        (["advise", "--want", "p_max", "--budget", "-1"], "--budget -1: must be positive"),
+        (["contact"], "ics = 'auto': the cheapest for what. Give want = "),
     ],
 )
-def test_wrong_questions_are_refused_before_any_work(write, tmp_path, capsys, arguments, message):
-    out = tmp_path / "out"
-    assert exit_code(["advise", write(text()), "--out", str(out), *arguments]) == WRONG_INPUT
+def test_wrong_questions_are_refused_before_any_work(write, tmp_path, capsys, command, message):
+    out, scene = tmp_path / "out", text('ics = "auto"') if command == ["contact"] else text()
+    command.insert(1, write(scene))
+    assert exit_code([*command, "--out", str(out)]) == WRONG_INPUT
     assert not out.exists()
     assert re.search(message, " ".join(capsys.readouterr().err.split()))
 
@@ -207,13 +211,6 @@ def test_advice_on_a_number_that_vanishes_is_refused_before_c(write, monkeypatch
         advise_contact(scene, Question(("p_max", "F_y"), 0.1), RunOptions(1))
 
 
-def test_ics_that_nothing_chooses_are_refused(write, tmp_path, capsys):
-    path, out = write(text('ics = "auto"')), tmp_path / "out"
-    assert exit_code(["contact", path, "--out", str(out)]) == WRONG_INPUT
-    assert not out.exists()
-    assert "ics = 'auto': the cheapest for what? Give want = " in " ".join(capsys.readouterr().err.split())
-
-
 @pytest.mark.parametrize(
     ("top", "contact", "message"),
     [
@@ -242,3 +239,54 @@ def test_c_on_a_finer_grid_is_the_reference(write, tmp_path, browser):
     again = compute_contact_frontier(path, ("p_max",), RunOptions(2, store))
     assert again.ics_seconds.sel(way=dataset.attrs["best"]) == best.ics_seconds  # as they were stored
     require_room(browser, write_frontier(dataset, tmp_path), {800: 800})
+
+
+OWN_GRID = {"n_x": 24, "n_s": 24, "dx": 0.5, "ds": 0.5}
+
+
+class Map:
+    """A map of C that is B-hat, a share larger, known to 1 %."""
+
+    grid = Grid(*OWN_GRID.values(), 0.0)
+
+    def __init__(self, share):
+        self.share = share
+
+    def at(self, on_grid):
+        """C_nn on a grid, and its error."""
+        ics = (1 + self.share) * approximate_matrix("Bhat", on_grid.pair, on_grid.grid)[..., N, N]
+        return ics, 0.01 * ics
+
+
+@pytest.mark.slow
+def test_compression_has_errors_at_each_load(write, tmp_path, monkeypatch):
+    """B-hat is C: no error of it exceeds what the tractions are solved to, and A has some."""
+    put(monkeypatch, "Bhat")
+    path = write(text(contact="loads = [1e4, 2e4]", motion='motion = "compression"\nfriction = [0.3]'))
+    dataset = compute_contact_frontier(path, ("p_max", "sliding_share"), RunOptions(1))
+    assert list(dataset.case.values) == [0.3]
+    assert dataset.points.sel(number="p_max").item() == 2
+    elements = dataset.sel(way=dataset.attrs["best"]).elements.item()
+    assert float(dataset.error.sel(way=f"Bhat, {elements} elements").max()) < 2e-3
+    assert dataset.error.sel(way=f"A, {elements} elements", number="p_max").item() > 5e-3
+    assert write_frontier(dataset, tmp_path).is_file()
+
+
+@pytest.mark.slow
+def test_map_of_c_is_a_way_with_its_own_error(write, tmp_path, monkeypatch):
+    """A map that is 3 % softer than C: pressures go like the modulus to 2/3, 2 % less."""
+    put(monkeypatch, "Bhat")
+    named = f"map:{tmp_path / 'sweep.nc'}"
+    scene = text(contact=f'loads = [2e4]\ngrid = "scene"\nics = ["A", "{named}"]')
+    table = "\n[grid]\n" + "\n".join(f"{key} = {value}" for key, value in OWN_GRID.items())
+    path = write(scene.replace("elements = 8\n", "") + table)
+    dataset = compute_contact_frontier(path, ("p_max",), RunOptions(1), {named: Map(0.03)})
+    (name,) = dataset.way.values[dataset.kind.values == MAP_OF_C]
+    assert name == named
+    of_map = dataset.sel(way=name, number="p_max").squeeze()
+    assert of_map.error.item() == pytest.approx(1 - 1.03 ** (-2 / 3), rel=0.1)
+    assert np.isfinite(of_map.seconds)
+    assert dataset.attrs["best"] != named
+    advice = advise(dataset, Question(("p_max",), 0.1))
+    assert advice.way in dataset.way.values
+    assert write_frontier(dataset, tmp_path).is_file()

@@ -52,13 +52,8 @@ def made(tmp_path_factory):
     top = 'components = ["nn", "xn", "sn"]\nbodies = ["combined", "lower"]\n'
     path.write_text(scene_text(top, engine=HARMONIC, upper_E=70e3), encoding="utf-8")
     store = Store(folder / "store")
-    return (
-        path,
-        store,
-        compute_frontier(
-            str(path), FrontierRequest(tuple(engine_methods("harmonic", 1e-2))), RunOptions(2, store)
-        ),
-    )
+    request = FrontierRequest(tuple(engine_methods("harmonic", 1e-2)))
+    return path, store, compute_frontier(str(path), request, RunOptions(2, store))
 
 
 def error_bounds(dataset, body):
@@ -79,32 +74,29 @@ def test_front_contains_exactly_the_ways_that_are_not_dominated(ways):
         assert chosen[k] == (not beaten)
 
 
-def test_frontier_contains_all_ways_with_their_costs(made):
+def test_frontier_contains_all_ways_with_their_costs_and_errors_within_tolerances(made):
     _, _, dataset = made
-    assert list(dataset.way.values) == [
-        *("A", "B", "Bbar", "Bhat", "mix"),
-        *("harmonic 0.1", "harmonic 0.01"),
-    ]
+    assert [*dataset.way.values] == ["A", "B", "Bbar", "Bhat", "mix", "harmonic 0.1", "harmonic 0.01"]
     known = dataset.estimate.max(["body", "component"])
     assert known.sel(way=dataset.attrs["best"]) == known.where(dataset.kind == "harmonic").min()
     assert np.all(dataset.seconds > 0)
     approximations = dataset.kind == "approximation"
     assert dataset.seconds.where(approximations).max() < 0.1 * dataset.seconds.where(~approximations).min()
     np.testing.assert_array_equal(dataset.unknowns > 0, ~approximations)
-    assert dataset.seconds.sel(body="combined", way="harmonic 0.1") > dataset.seconds.sel(
-        body="lower", way="harmonic 0.1"
-    )
+    seconds = dataset.seconds.sel(way="harmonic 0.1")
+    assert seconds.sel(body="combined") > seconds.sel(body="lower")
+    # no C deviates from the best C by more than its tolerance
+    for way in engine_methods("harmonic", 1e-2):
+        assert np.all(dataset.error.sel(way=way.name) <= way.tolerance)
+        assert np.all(dataset.estimate.sel(way=way.name) <= way.tolerance)
+    assert np.all(dataset.estimate.sel(way=["A", "mix"]) == 0)
 
 
 def test_errors_agree_with_run_at_tolerance_of_best_c(made):
     """By another route: the report's table of `femic run` at the tolerance of the best."""
     path, store, dataset = made
-    results = compute(
-        load_scene(
-            str(path), {"engine": {"tolerance": float(dataset.attrs["best"].split()[1]), "check": False}}
-        ),
-        RunOptions(2, store),
-    )
+    engine = {"tolerance": float(dataset.attrs["best"].split()[1]), "check": False}
+    results = compute(load_scene(str(path), {"engine": engine}), RunOptions(2, store))
     of_run = errors(results, to_dataset(results)).error.max("line")
     for i, j in COMPONENTS:
         for variant in ("A", "Bhat", "mix"):
@@ -114,14 +106,6 @@ def test_errors_agree_with_run_at_tolerance_of_best_c(made):
         own = of_run.sel(variant="C", i=i, j=j, body="lower").item()
         best = dataset.sel(way=dataset.attrs["best"], component=i + j, body="lower")
         assert best.error.item() == pytest.approx(own) == best.estimate.item()
-
-
-def test_c_deviates_from_best_c_by_no_more_than_its_tolerance(made):
-    _, _, dataset = made
-    for way in engine_methods("harmonic", 1e-2):
-        assert np.all(dataset.error.sel(way=way.name) <= way.tolerance)
-        assert np.all(dataset.estimate.sel(way=way.name) <= way.tolerance)
-    assert np.all(dataset.estimate.sel(way=["A", "mix"]) == 0)
 
 
 @pytest.mark.parametrize("tolerance", [0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.004])
@@ -142,20 +126,18 @@ def test_advice_meets_tolerance_at_least_cost(made, tolerance, components, body)
     assert advice.bound == float(enough.min())
 
 
-def test_tolerance_that_no_way_meets_is_a_failure(made):
-    _, _, dataset = made
-    with pytest.raises(Failure, match=r"no way meets 1e-07: the best, harmonic 0\.0?1, has errors up to"):
-        advise(dataset, Question(COMPONENTS, 1e-7, "combined"))
-
-
 @pytest.mark.parametrize(
-    ("components", "body", "message"),
-    [(("ss",), "combined", "component = ss: the scene has nn"), (("nn",), "upper", "body = upper")],
+    ("question", "kind", "message"),
+    [
+        ((COMPONENTS, 1e-7, "combined"), Failure, r"no way meets 1e-07: the best, harmonic 0\.0?1, has"),
+        ((("ss",), 0.1, "combined"), WrongInput, "component = ss: the scene has nn"),
+        ((("nn",), 0.1, "upper"), WrongInput, "body = upper"),
+    ],
 )
-def test_advice_on_missing_component_or_body_is_refused(made, components, body, message):
+def test_questions_without_an_answer_are_refused(made, question, kind, message):
     _, _, dataset = made
-    with pytest.raises(WrongInput, match=message):
-        advise(dataset, Question(components, 0.1, body))
+    with pytest.raises(kind, match=message):
+        advise(dataset, Question(*question))
 
 
 def test_request_contains_only_ways_that_advice_needs():
@@ -168,30 +150,21 @@ def test_request_contains_only_ways_that_advice_needs():
 
 
 def test_ways_beyond_budget_are_skipped_and_listed(made, monkeypatch):
-    """Ways that are predicted to take longer are not begun."""
+    """Ways that are predicted to take longer are not begun; without any C there is no frontier."""
     path, store, _ = made
-    predicted = {"harmonic 0.1": 1.0, "harmonic 0.01": 1e5}
-    steps = iter(predicted.values())
+    options = RunOptions(2, store)
+    with pytest.raises(Failure, match="no reference C within the budget of 1e-06 s"):
+        compute_frontier(
+            str(path), FrontierRequest(tuple(engine_methods("harmonic", 0.1)), budget=1e-6), options
+        )
+    steps = iter((1.0, 1e5))  # seconds of harmonic 0.1 and 0.01
     monkeypatch.setattr(frontier, "run_plans", lambda *_: [])
     monkeypatch.setattr(frontier, "total_seconds", lambda *_: next(steps))
-    dataset = compute_frontier(
-        str(path),
-        FrontierRequest(tuple(engine_methods("harmonic", 1e-2)), budget=1000.0),
-        RunOptions(2, store),
-    )
+    request = FrontierRequest(tuple(engine_methods("harmonic", 1e-2)), budget=1000.0)
+    dataset = compute_frontier(str(path), request, options)
     assert "harmonic 0.01" not in dataset.way.values
     assert dataset.attrs["best"] == "harmonic 0.1"
     assert "about 100000 s" in json.loads(dataset.attrs["skipped"])["harmonic 0.01"]
-
-
-def test_frontier_without_reference_is_a_failure(made):
-    path, store, _ = made
-    with pytest.raises(Failure, match="no reference C within the budget of 1e-06 s"):
-        compute_frontier(
-            str(path),
-            FrontierRequest(tuple(engine_methods("harmonic", 0.1)), budget=1e-6),
-            RunOptions(2, store),
-        )
 
 
 def test_b_hat_prime_is_computed_where_effective_properties_are_given(made, tmp_path):
@@ -277,7 +250,7 @@ def test_answer_has_the_cheapest_ways_with_their_errors_and_time(made):
             assert cell.below == f"{error_text(way)} %, {time_text(seconds[number])}"
 
 
-def test_points_of_the_chart_are_errors_and_seconds(made):
+def test_points_of_the_chart_are_errors_and_seconds_and_its_front_is_not_dominated(made):
     *_, dataset = made
     content = read_chart(chart(dataset))
     assert content["labels"] == [ALL, *COMPONENTS]
@@ -300,16 +273,10 @@ def test_points_of_the_chart_are_errors_and_seconds(made):
     floor = dataset.estimate.sel(body=body, component=component, way=dataset.attrs["best"]).item()
     assert drawn[FLOOR_LABEL]["y"] == pytest.approx([100 * floor] * 2, rel=1e-5)
     assert f"of {component} in {time_text(seconds.sel(way='Bhat').item())}" in drawn["B̂"]["customdata"][0]
-
-
-def test_front_of_the_chart_has_the_ways_that_are_not_dominated(made):
-    *_, dataset = made
-    content = read_chart(chart(dataset))
-    drawn = read_traces(content["steps"][0][0])
+    drawn = read_traces(content["steps"][0][0])  # of all components, of both bodies
     errors = worst(dataset, COMPONENTS, "combined").error.values
     seconds = dataset.seconds.sel(body="combined").values
-    chosen = np.flatnonzero(front(seconds, errors))
-    order = chosen[np.argsort(seconds[chosen])]
+    order = sorted(np.flatnonzero(front(seconds, errors)), key=lambda k: seconds[k])
     np.testing.assert_allclose(drawn["front"]["x"], seconds[order], rtol=1e-5)
     np.testing.assert_allclose(drawn["front"]["y"], 100 * errors[order], rtol=1e-5)
 

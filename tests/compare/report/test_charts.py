@@ -25,6 +25,7 @@ from compare.report.looks import FURTHER, INK, OWN, Look, drawing_order, ics_loo
 from compare.report.static import lay_out  # `tests.conftest` replaces that of the module
 
 X = np.linspace(0.0, 2.0, 5)
+KNOWN = X[[0, 1, 3, 4]]
 LOOKS = ics_looks(["A", "C"])
 
 
@@ -45,6 +46,13 @@ def traces(chart, step, cell=0):
     return json.loads(interactive.as_json(chart))["steps"][step][cell]["traces"]
 
 
+def drawn_cell(cell):
+    """A cell as JSON, and its axes on paper."""
+    chart = simple_chart("one", [cell])
+    (content,) = json.loads(interactive.as_json(chart))["steps"][0]
+    return content, static.picture(chart).axes[0]
+
+
 def test_values_on_the_page_are_those_of_the_curves(chart):
     for step, factor in enumerate((1, 2)):
         drawn = {trace["name"]: trace for trace in traces(chart, step) if "name" in trace}
@@ -53,30 +61,31 @@ def test_values_on_the_page_are_those_of_the_curves(chart):
         np.testing.assert_allclose(drawn["A"]["x"], X, rtol=1e-5)
 
 
-def test_a_band_goes_from_above_to_below_the_curve(chart):
-    (band,) = (trace for trace in traces(chart, 0) if trace.get("fill"))
-    np.testing.assert_allclose(band["y"], [*(X + 0.1), *(X - 0.1)[::-1]], rtol=1e-5)
-    assert band["legendgroup"] == "C"
+@pytest.mark.parametrize(
+    ("band", "x", "above", "below"),
+    [
+        (0.1 * np.ones(5), X, 0.1 + X, X - 0.1),
+        (np.array([0.1 * np.ones(5), 0.3 * X]), X, 1.3 * X, X - 0.1),  # less far below than above
+        (np.array([0.1, 0.1, np.nan, 0.1, 0.1]), KNOWN, KNOWN + 0.1, KNOWN - 0.1),
+    ],
+)
+def test_a_band_goes_from_above_to_below_the_curve_where_it_is_known(band, x, above, below):
+    content, axes = drawn_cell(Panel("", "", "", [Curve("C", X, X, LOOKS["C"], band)]))
+    (drawn,) = (trace for trace in content["traces"] if trace.get("fill"))
+    np.testing.assert_allclose(drawn["x"], [*x, *x[::-1]], rtol=1e-5)
+    np.testing.assert_allclose(drawn["y"], [*above, *below[::-1]], rtol=1e-5)
+    assert drawn["legendgroup"] == "C"
+    (on_paper,) = axes.collections
+    low, high = on_paper.get_datalim(axes.transData).intervaly
+    assert (low, high) == pytest.approx((below[0], above[-1]))
 
 
-def test_a_band_ends_where_it_is_not_known():
-    half = np.array([0.1, np.nan, 0.1, 0.1, 0.1])
-    panel = Panel("", "", "", [Curve("C", X, X, band=half)])
-    assert len(traces(simple_chart("one", [panel]), 0)[0]["x"]) == 2 * 4
-
-
-def test_a_band_may_reach_less_far_below_than_above():
-    panel = Panel("", "", "", [Curve("C", X, X, band=np.array([0.1 * np.ones(5), 0.3 * X]))])
-    band, _ = traces(simple_chart("one", [panel]), 0)
-    np.testing.assert_allclose(band["y"], [*(1.3 * X), *(X - 0.1)[::-1]], rtol=1e-5)
-    (drawn,) = static.picture(simple_chart("one", [panel])).axes[0].collections
-    low, high = drawn.get_datalim(static.picture(simple_chart("one", [panel])).axes[0].transData).intervaly
-    assert (low, high) == pytest.approx((-0.1, 1.3 * X[-1]))
-
-
-def test_each_label_is_once_in_the_legend(chart):
-    legend = json.loads(interactive.as_json(chart))["legend"]
-    assert [(entry["label"], entry["colour"]) for entry in legend] == [("C", INK), ("A", OWN["A"].colour)]
+def test_each_label_is_once_in_the_legend_and_the_slider_begins_with_the_last_step_or_the_one_named(chart):
+    content = json.loads(interactive.as_json(chart))
+    legend = [(entry["label"], entry["colour"]) for entry in content["legend"]]
+    assert legend == [("C", INK), ("A", OWN["A"].colour)]
+    assert content["start"] == 1
+    assert Chart("", chart.steps, start="1 kN").first == 0
 
 
 def test_curves_of_few_points_and_their_legend_have_markers():
@@ -111,11 +120,6 @@ def test_powers_of_ten_are_labelled_as_far_as_there_is_room_and_more(y, apart):
     assert content["layout"]["yaxis"].get("dtick") == apart
 
 
-def test_the_slider_begins_with_the_last_step_or_the_one_named(chart):
-    assert json.loads(interactive.as_json(chart))["start"] == 1
-    assert Chart("", chart.steps, start="1 kN").first == 0
-
-
 def test_nan_is_a_gap_and_the_json_can_stand_in_a_script_element():
     panel = Panel("</script>", "", "", [Curve("A", X, np.where(X > 1, np.nan, X))])
     text = interactive.as_json(simple_chart("gaps", [panel]))
@@ -126,48 +130,23 @@ def test_nan_is_a_gap_and_the_json_can_stand_in_a_script_element():
 @pytest.mark.parametrize(("largest", "vanishes"), [(1e-12, True), (1e-3, False)])
 def test_rounding_is_shown_as_zero(largest, vanishes):
     panel = Panel("", "", "", [Curve("A", X, largest * X / 2)], least=1e-9)
-    layout = json.loads(interactive.as_json(simple_chart("zero", [panel])))["steps"][0][0]["layout"]
-    assert ("annotations" in layout) is vanishes
-    (axes,) = static.picture(simple_chart("zero", [panel])).axes
+    content, axes = drawn_cell(panel)
+    assert ("annotations" in content["layout"]) is vanishes
     assert (axes.get_ylim() == (-1e-9, 1e-9)) is vanishes
 
 
-def test_maps_have_rows_along_y():
+def test_maps_have_rows_along_y_and_kinds_have_names_and_perhaps_their_own_colours():
     values = np.arange(6.0).reshape(3, 2)
-    drawn = Map("", "x [mm]", "s [mm]", np.arange(3.0), np.arange(2.0), values, "MPa")
-    (trace,) = traces(simple_chart("map", [drawn]), 0)
+    content, _ = drawn_cell(Map("", "x [mm]", "s [mm]", np.arange(3.0), np.arange(2.0), values, "MPa"))
+    (trace,) = content["traces"]
     np.testing.assert_array_equal(trace["z"], values.T)
     assert (trace["zmin"], trace["zmax"]) == (0.0, 5.0)
-
-
-def test_a_logarithmic_map_keeps_signs_and_values():
-    values = np.array([[-100.0, -1.0], [1e-9, 10.0]])
-    drawn = Map("", "x", "s", np.arange(2.0), np.arange(2.0), values, "mm", "logarithmic", decades=2.0)
-    (trace,) = traces(simple_chart("map", [drawn]), 0)
-    np.testing.assert_allclose(trace["customdata"], values.T)
-    np.testing.assert_allclose(trace["z"], np.array([[-2.0, 0.0], [0.0, 1.0]]).T)
-
-
-def test_kinds_are_named():
-    drawn = Map("", "x", "s", X[:2], X[:1], np.array([[0.0], [1.0]]), "", classes=("sticks", "slides"))
-    (trace,) = traces(simple_chart("map", [drawn]), 0)
-    assert trace["text"] == [["sticks", "slides"]]
-
-
-def drawn_cell(cell):
-    """A cell as JSON, and its axes on paper."""
-    chart = simple_chart("one", [cell])
-    (content,) = json.loads(interactive.as_json(chart))["steps"][0]
-    return content, static.picture(chart).axes[0]
-
-
-def test_kinds_may_have_their_own_colours():
-    kinds = tuple("abcdef")
     colours = tuple(f"#0000{k}0" for k in range(6))
-    values = np.arange(6.0).reshape(6, 1)
-    drawn = Map("", "x", "s", np.arange(6.0), np.arange(1.0), values, "", classes=kinds, colours=colours)
-    content, axes = drawn_cell(drawn)
-    assert [colour for _, colour in content["traces"][0]["colorscale"]] == list(np.repeat(colours, 2))
+    kinds = {"classes": tuple("abcdef"), "colours": colours}
+    content, axes = drawn_cell(Map("", "x", "s", np.arange(3.0), np.arange(2.0), values, "", **kinds))
+    (trace,) = content["traces"]
+    assert trace["text"] == [["a", "c", "e"], ["b", "d", "f"]]
+    assert [colour for _, colour in trace["colorscale"]] == list(np.repeat(colours, 2))
     (mesh,) = axes.collections
     np.testing.assert_allclose(mesh.cmap(mesh.norm(5.0))[:3], (0.0, 0.0, 0x50 / 255))
 
@@ -226,11 +205,15 @@ def test_paper_shows_all_steps_side_by_side(chart):
         np.testing.assert_allclose(axes.get_lines()[0].get_ydata(), factor * X)
 
 
-@pytest.mark.parametrize("entries", [1, 12])
-@pytest.mark.parametrize("log_y", [False, True])
+LONG = "nn, combined, between the lower and the upper body: minus C"
+
+
 @pytest.mark.parametrize(
-    ("title", "size"),
-    [("the title", 1.234e-3), ("nn, combined, between the lower and the upper body: minus C", 1.234e-7)],
+    ("entries", "log_y", "title", "size"),
+    [
+        (1, False, "the title", 1.234e-3),
+        *((entries, log_y, LONG, 1.234e-7) for entries, log_y in ((12, False), (12, True), (1, True))),
+    ],
 )
 def test_nothing_overlaps_around_panels_on_paper(entries, log_y, size, title):
     """Titles, numbers, names of axes and the legend; measured, as it is not where panels are drawn."""
@@ -268,17 +251,14 @@ def test_numbers_of_colours_do_not_overlap_on_paper(largest):
     assert not any(box.overlaps(other) for k, box in enumerate(boxes) for other in boxes[:k])
 
 
-def test_steps_of_several_rows_have_a_picture_each_on_paper(chart):
+def test_steps_of_several_rows_have_a_picture_each_on_paper_with_names_of_their_own(chart):
     assert list(static.pictures(chart)) == ["pressures"]
     tall = Chart("tall", {step: 2 * list(cells) for step, cells in chart.steps.items()}, columns=1)
     figures = static.pictures(tall)
     assert list(figures) == ["tall_1kN", "tall_2kN"]
     for figure, factor in zip(figures.values(), (1, 2), strict=True):
         np.testing.assert_allclose([a.get_lines()[0].get_ydata() for a in figure.axes], [factor * X] * 2)
-
-
-def test_pictures_of_steps_that_differ_in_a_hat_only_have_names_of_their_own():
-    steps = {step: 2 * [Panel("", "x", "y", [])] for step in ("B", "B̂", "A")}
+    steps = {step: 2 * [Panel("", "x", "y", [])] for step in ("B", "B̂", "A")}  # a hat is no letter of a name
     assert list(static.pictures(Chart("ics", steps, columns=1))) == ["ics_B_1", "ics_B_2", "ics_A"]
 
 
@@ -331,7 +311,7 @@ def test_colours_of_differences_are_symmetric_and_red_where_positive_on_pages_as
     """Plotly's scale and Matplotlib's have the same name, and opposite directions."""
     drawn = Map("", "x", "s", X, X, -np.outer(X, X), "MPa", "diverging")
     assert drawn.range == (-4.0, 4.0)
-    (trace,) = traces(simple_chart("map", [drawn]), 0)
+    (trace,) = drawn_cell(drawn)[0]["traces"]
     assert trace["colorscale"] == "RdBu"
     assert not trace.get("reversescale")
     red, _, blue, _ = static.mpl.colormaps[static.COLOURS["diverging"]](1.0)
@@ -351,7 +331,7 @@ def test_surfaces_are_drawn_in_3d_on_paper_and_seen_from_further_if_long():
     for length in (1.0, 16.0):
         surface = raised("C", 2.0)
         surface.body[0] *= length
-        (cell,) = json.loads(interactive.as_json(simple_chart("rail", [surface])))["steps"][0]
+        cell, _ = drawn_cell(surface)
         eyes.append(cell["layout"]["scene"]["camera"]["eye"]["x"])
     assert eyes[1] < eyes[0] < 0
     ticks = {name: cell["layout"]["scene"][f"{name}axis"]["nticks"] for name in "xyz"}
@@ -373,15 +353,13 @@ def test_points_have_bars_names_and_notes():
     """On the page and on paper; a band of bars is no area."""
     bars = np.array([0.1 * np.ones(2), 0.3 * np.ones(2)])
     points = Curve("C", X[:2], X[:2], LOOKS["C"], bars, bars=True, names=("a", "b"), notes=("one", "two"))
-    chart = simple_chart("one", [Panel("", "", "", [points])])
-    (trace,) = traces(chart, 0)
+    content, axes = drawn_cell(Panel("", "", "", [points]))
+    (trace,) = content["traces"]
     np.testing.assert_allclose([trace["error_y"][key] for key in ("arrayminus", "array")], bars)
     assert (trace["text"], trace["customdata"]) == (["a", "b"], ["one", "two"])
     assert "text" in trace["mode"]
     assert "%{customdata}" in trace["hovertemplate"]
-    layout = json.loads(interactive.as_json(chart))["steps"][0][0]["layout"]
-    assert layout["hovermode"] == "closest"
-    (axes,) = static.picture(chart).axes
+    assert content["layout"]["hovermode"] == "closest"
     assert [text.get_text() for text in axes.texts] == ["a", "b"]
     heights = [np.ptp(line[:, 1]) for line in axes.collections[0].get_segments()]
     np.testing.assert_allclose(heights, 0.4)

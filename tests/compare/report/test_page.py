@@ -1,5 +1,6 @@
-"""Pages as data, and the one file that each becomes: cells, tables, figures, sections, texts."""
+"""Pages as data, and the one file that each becomes: cells, tables, figures, sections; lists of pages."""
 
+import os
 import re
 from html import unescape
 
@@ -17,10 +18,25 @@ from compare.report.parts import (
     Picture,
     Section,
     Verbatim,
+    join_words,
+    onset,
+    write_index,
     write_page,
     write_results,
 )
-from compare.report.tables import Cell, Column, Row, Table, changed_cell, numbers, texts
+from compare.report.tables import (
+    Cell,
+    Column,
+    Row,
+    Table,
+    changed_cell,
+    changes_table,
+    number_text,
+    numbers,
+    texts,
+    with_estimate,
+)
+from femic.contact.pairs.quantities import OF_FRICTIONLESS
 
 
 def html_of(folder, *blocks):
@@ -36,18 +52,9 @@ def rows_of(html):
     return [[unescape(re.sub(r"<[^>]*>", "", one)) for one in row] for row in cells]
 
 
-@pytest.mark.parametrize(
-    ("one", "text"),
-    [
-        (Cell(0.12345, ".2%"), "12.35%"),
-        (Cell(1234567, ",d"), "1,234,567"),
-        (Cell(np.nan, ".3g"), "–"),
-        (Cell("vanishes"), "vanishes"),
-        (error_cell(np.nan), "–"),
-    ],
-)
-def test_a_cell_is_a_number_in_its_format_or_a_text(one, text):
-    assert one.text == text
+def test_a_cell_is_a_number_or_a_text():
+    cells = Cell(np.nan, ".3g"), Cell("vanishes"), error_cell(np.nan)
+    assert [cell.text for cell in cells] == ["–", "vanishes", "–"]
 
 
 @pytest.mark.parametrize(("value", "text"), [(3.0, "+1"), (1.5, "−0.5"), (2.0 + 1e-12, "0")])
@@ -131,3 +138,112 @@ def test_existing_picture_is_embedded(tmp_path):
     drawn.write_bytes(b"a picture")
     assert 'src="data:image/png;base64,YSBwaWN0dXJl"' in html_of(tmp_path, Picture("mesh", drawn))
     assert not list((tmp_path / "figures").iterdir())
+
+
+@pytest.mark.parametrize(
+    ("value", "estimate", "text"),
+    [
+        (684.3123, 4.31, "684.3 ± 4.3"),
+        (12345.6, 678.0, "12350 ± 680"),
+        (-0.0123456, 0.000996, "−0.0123 ± 0.0010"),
+        (2.0, 0.0996, "2.00 ± 0.10"),
+        (2.9e-8, 19.1, "0 ± 19"),
+        (-1e-12, 0.25, "0 ± 0.25"),
+        (0.5, 2.0, "0 ± 2.0"),
+        (np.nan, 1.0, "–"),
+        (520, 640, "500 ± 600"),  # no digits that the estimate does not allow
+        (-520, 640, "−500 ± 600"),
+        (684.3, 43, "684 ± 43"),
+        (40, 640, "0 ± 640"),
+        (684.25, 0.0, "684.25"),  # rounding
+        (684.25, np.nan, "684.2 ± ?"),  # not known: it must not look like an exact number
+        (1.2362e-6, 3.1e-8, "(1.236 ± 0.031)e-6"),
+    ],
+)
+def test_numbers_have_the_digits_that_their_estimate_allows(value, estimate, text):
+    assert with_estimate(value, estimate) == text
+    assert with_estimate(xr.DataArray(value), xr.DataArray(estimate)) == text
+
+
+def test_other_supports_have_a_column_each_and_changes_far_below_the_estimate_are_0():
+    keys = ("p_max", "F_y")
+    before = xr.Dataset({"p_max": 1000.0, "estimate_p_max": 10.0, "F_y": 1e-8, "estimate_F_y": 5.0})
+    changed = xr.Dataset(
+        {"supported_p_max": ("supports", [1010.0, 990.0]), "supported_F_y": ("supports", [3e-8, 4.0])},
+        coords={"supports": ["near", "flat"]},
+    )
+    table = changes_table("t", {key: OF_FRICTIONLESS[key] for key in keys}, before, changed, "supported_")
+    assert [head.title for head in table.heads] == ["near", "flat"]
+    assert [row.name for row in table.rows] == ["p_max [MPa]", "F_y [N]"]
+    assert [[cell.text for cell in row.filled] for row in table.rows] == [["+10", "−10"], ["0", "+4"]]
+    assert [row.filled[0].below for row in table.rows] == ["of 1000 ± 10", "of 0 ± 5.0"]
+
+
+@pytest.mark.parametrize(
+    ("value", "form", "text"),
+    [
+        (-0.0, ".1f", "0.0"),
+        (-0.004, "+.0%", "0%"),
+        (0.004, "+.0%", "0%"),
+        (-0.012, "+.1%", "−1.2%"),
+        (0.012, "+.1%", "+1.2%"),
+        (-1.5e-7, ".2g", "−1.5e-07"),
+        (np.inf, "+.2f", "+inf"),
+        (0.0, "+.1e", "0.0e+00"),
+        (0.12345, ".2%", "12.35%"),
+        (1234567, ",d", "1,234,567"),
+    ],
+)
+def test_numbers_have_minus_signs_and_zero_has_none(value, form, text):
+    assert number_text(value, form) == text
+    assert Cell(value, form).text == text
+
+
+ANGLES = [46.2, 80.0, 97.4]
+
+
+@pytest.mark.parametrize(
+    ("beyond", "text"),
+    [
+        ([False, False, False], ""),
+        ([True, True, True], "already at 46 degrees, the least that was solved"),
+        ([False, True, True], "from between 46 and 80 degrees on"),
+        ([False, False, True], "from between 80 and 97 degrees on"),
+        ([False, True, False], "from between 46 and 80 degrees on (not at 97)"),
+        ([True, False, False], "already at 46 degrees, the least that was solved (not at 80 and 97)"),
+    ],
+)
+@pytest.mark.parametrize("order", [[0, 1, 2], [2, 0, 1]])
+def test_an_onset_lies_between_the_cases_that_were_solved(beyond, text, order):
+    assert onset([ANGLES[k] for k in order], [beyond[k] for k in order]) == text
+
+
+@pytest.mark.parametrize(("words", "text"), [("", ""), ("a", "a"), ("ab", "a and b"), ("abc", "a, b and c")])
+def test_words_are_listed_with_commas_and_and(words, text):
+    assert join_words(words) == text
+
+
+def test_all_pages_are_listed_the_newest_first(tmp_path):
+    for age, (name, title) in enumerate({"b": "Contact of <b>", "a": "ICs of a"}.items()):
+        path = write_page(Page(title, "", []), tmp_path / name / "report.html")
+        os.utime(path, (1e9 - age, 1e9 - age))
+    text = write_index(tmp_path).read_text(encoding="utf-8")
+    assert text.index('href="b/report.html"') < text.index('href="a/report.html"')
+    assert "Contact of &lt;b&gt;" in text
+    assert not (tmp_path / "figures").exists()
+
+
+def test_a_folder_without_pages_has_no_list(tmp_path):
+    (tmp_path / "a").mkdir()
+    assert write_index(tmp_path) is None
+    assert not list(tmp_path.glob("*.html"))
+
+
+def test_unfinished_and_vanished_pages_are_left_out(tmp_path):
+    page = write_page(Page("Contact", "", []), tmp_path / "a" / "contact.html")
+    page.with_name(".unfinished.1.report.html").write_text("<title>Half</title>", encoding="utf-8")
+    (tmp_path / "a" / "gone.html").symlink_to(tmp_path / "nowhere.html")
+    text = write_index(tmp_path).read_text(encoding="utf-8")
+    assert 'href="a/contact.html"' in text
+    assert "Half" not in text
+    assert "gone.html" not in text

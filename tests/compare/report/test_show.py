@@ -76,14 +76,13 @@ def test_picture_of_a_file_is_written_beside_it(write_scene, tmp_path):
 
 
 def test_the_first_solved_body_and_the_normal_load_are_the_default(write_scene, drawn):
-    assert exit_code(["show", str(write_scene(ONE))]) == DONE
+    """Another body is drawn also where the scene does not compare it."""
+    scene = str(write_scene(ONE))
+    assert exit_code(["show", scene]) == DONE
     assert drawn == [(FILES / "upper_n.png", "mine, upper body, 1 N along +n", False)]
     assert (FILES / "upper_n.vtu").is_file()
-
-
-def test_a_body_that_the_scene_does_not_compare_is_drawn(write_scene, drawn):
-    assert exit_code(["show", str(write_scene(ONE)), "--body", "lower", "--load", "x"]) == DONE
-    assert drawn[0][0] == FILES / "lower_x.png"
+    assert exit_code(["show", scene, "--body", "lower", "--load", "x"]) == DONE
+    assert drawn[1][0] == FILES / "lower_x.png"
 
 
 @pytest.mark.usefixtures("drawn")
@@ -104,51 +103,45 @@ def test_without_rendering_the_file_is_written_all_the_same(write_scene, monkeyp
     assert [path.name for path in FILES.iterdir()] == ["upper_n.vtu"]
 
 
-WRONG = [
-    (["--window"], "no screen"),
-    (["--out", "picture.jpg"], ".png"),
-    (["--load", "q"], "load"),
-    (["--body", "combined"], "body"),
-]
-
-
-@pytest.mark.parametrize(("options", "message"), WRONG)
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--window"], "no screen"),
+        (["--out", "picture.jpg"], ".png"),
+        (["--load", "q"], "load"),
+        (["--body", "combined"], "body"),
+    ],
+)
 def test_wrong_options_exit_with_2_before_any_work(options, message, write_scene, capsys):
     assert exit_code(["show", str(write_scene(ONE)), *options]) == WRONG_INPUT
     assert message in capsys.readouterr().err
     assert not Path("out").exists()
 
 
-def test_wrong_files_exit_with_2(tmp_path, capsys):
-    assert exit_code(["show", "nowhere.vtu"]) == WRONG_INPUT
-    assert "no such file" in capsys.readouterr().err
-    other = tmp_path / "other.vtu"
-    pytest.importorskip("pyvista").ImageData(dimensions=(2, 2, 2)).cast_to_unstructured_grid().save(other)
-    assert exit_code(["show", str(other)]) == WRONG_INPUT
-    assert "von_mises" in capsys.readouterr().err
-    assert exit_code(["show", str(other), "--body", "lower"]) == WRONG_INPUT
-    assert "--body" in capsys.readouterr().err
-    assert exit_code(["show", "nowhere"]) == WRONG_INPUT
-    assert "Built-in" in capsys.readouterr().err
+def test_wrong_files_exit_with_2(capsys):
+    pyvista = pytest.importorskip("pyvista")
+    pyvista.ImageData(dimensions=(2, 2, 2)).cast_to_unstructured_grid().save("other.vtu")
+    for command, message in (
+        (["nowhere.vtu"], "no such file"),
+        (["other.vtu"], "von_mises"),
+        (["other.vtu", "--body", "lower"], "--body"),
+        (["nowhere"], "Built-in"),
+    ):
+        assert exit_code(["show", *command]) == WRONG_INPUT
+        assert message in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("platform", ["linux", "darwin"])
-def test_a_window_opens_where_there_is_a_screen(platform, monkeypatch, drawn):
+@pytest.mark.parametrize(
+    ("platform", "display", "is_there"), [("linux", ":0", True), ("darwin", "", True), ("linux", "", False)]
+)
+def test_a_window_opens_where_there_is_a_screen(monkeypatch, drawn, platform, display, is_there):
     monkeypatch.setattr(sys, "platform", platform)
-    monkeypatch.setenv("DISPLAY", ":0" if platform == "linux" else "")
-    assert windows(monkeypatch, drawn, None, True, False) == [True, True, False]
-
-
-def test_no_window_without_a_screen(monkeypatch, drawn):
-    assert windows(monkeypatch, drawn, None, False) == [False, False]
-
-
-def windows(monkeypatch, drawn, *asked):
-    """Whether a window opens for each value of --window."""
+    monkeypatch.setenv("DISPLAY", display)
     monkeypatch.setattr(views, "read_loaded_body", lambda path: path)
+    asked = (None, True, False) if is_there else (None, False)
     for window in asked:
         list(show("a.vtu", None, None, None, window))
-    return [opened for _, _, opened in drawn]
+    assert [window for *_, window in drawn] == [is_there and window is not False for window in asked]
 
 
 def test_a_run_writes_the_fields_of_the_finest_model_on_request(write_scene, capsys):

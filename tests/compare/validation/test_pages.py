@@ -57,10 +57,9 @@ def listed(page):
     return replace(page, sections=list(page.sections))
 
 
-@pytest.fixture
-def first(statements):
-    """The blocks of the first statement."""
-    return next(one.blocks for one in statements.sections if getattr(one, "anchor", "") == "s1")
+def section(page, anchor):
+    """The blocks of the section of a statement."""
+    return next(one.blocks for one in page.sections if getattr(one, "anchor", "") == anchor)
 
 
 def blocks_of(sections, kind):
@@ -81,25 +80,23 @@ def drawn(chart):
     return [(one["name"], one["x"], one["y"]) for cell in cells for one in cell["traces"] if "name" in one]
 
 
-def test_the_summary_of_statements_counts_verdicts_and_numbers(statements):
+def test_the_page_of_statements_counts_verdicts_and_lists_statements_by_them(statements):
     assert statements.summary == (
         "Statements from the source [BVSV] (2): 1 in some cases only, 1 not decided. "
         "Statements on this program (1): 1 reproduced in every case. "
         "Numbers that meet their criteria: 3 of 7; too close to a threshold to tell: 1."
     )
-
-
-def test_the_answer_lists_statements_by_verdict(statements):
     assert {row.name: texts_of(row) for row in statements.answer.rows} == {
         "reproduced": ["none", "1: 14"],
         "depends": ["1: 1", "none"],
         "not reproduced": ["none", "none"],
         "not decided": ["1: 2", "none"],
     }
+    assert section(statements, "s2") == ["A_xx is C_xx.", "not converged, and what to try"]
 
 
-def test_criteria_have_their_ranges_and_what_is_not_met_worst_first(first):
-    _, table, _, numbers = first
+def test_criteria_have_their_ranges_what_is_not_met_worst_first_and_the_curves_of_their_panels(statements):
+    _, table, chart, numbers = section(statements, "s1")
     assert {row.name: texts_of(row) for row in table.rows} == {
         "error of B̂′_xn": [
             "< 0.1",
@@ -113,18 +110,9 @@ def test_criteria_have_their_ranges_and_what_is_not_met_worst_first(first):
     rows = [texts_of(row) for row in numbers.blocks[0].rows]
     assert rows[3] == ["geometry2, upper", "0.1001", "", "< 0.1", "no (too close to tell)"]
     assert rows[-1][:2] == ["C", "2"]
-
-
-def test_curves_of_a_statement_are_those_of_its_panels(first):
-    (chart,) = (block for block in first if isinstance(block, Chart))
     for curve, label, values in zip(drawn(chart), "CA", (X**2, X), strict=True):
         assert curve[0] == label
         np.testing.assert_allclose(curve[1:], [X, values], rtol=1e-5)
-
-
-def test_a_statement_that_is_not_decided_says_why(statements):
-    (blocks,) = (one.blocks for one in statements.sections if getattr(one, "anchor", "") == "s2")
-    assert blocks == ["A_xx is C_xx.", "not converged, and what to try"]
 
 
 # --- extremes -------------------------------------------------------------------------------------------
@@ -178,31 +166,25 @@ def limits():
     return page_of(BOTH)
 
 
-def test_the_summary_of_extremes_counts_cases_within_and_beyond(limits):
+def test_the_page_of_extremes_counts_cases_and_has_the_worst_of_each_part(limits):
     assert limits.summary == (
         "5 cases within the limits, 1 failed; estimates bound every error in 2 of the 3 cases that have "
         "them. 3 cases beyond the limits: 1 refused with a message, 0 computed all the same, 1 without a "
         "message, 1 failed."
     )
-
-
-def test_the_answer_has_the_worst_of_each_part(limits):
     assert {row.name: texts_of(row) for row in limits.answer.rows} == {
         "analytic": ["–", "6e-16", "–", "–"],
         "harmonic": ["0.01", "0.0002", "0.0009", "1.25"],
         "solid": ["0.1", "0.03", "0.08", "0.75"],
     }
-    coloured = [bool(row.filled[-1].colour) for row in limits.answer.rows]
-    assert coloured == [False, True, False]
+    assert [bool(row.filled[-1].colour) for row in limits.answer.rows] == [False, True, False]
 
 
 def test_errors_are_drawn_over_their_estimates(limits):
     (chart,) = blocks_of(limits.sections, Chart)
-    assert drawn(chart) == [
-        ("ν", [0.5, 1.25], [2e-4, 1e-4]),
-        ("R_roll [mm]", [0.75], [0.03]),
-    ]
+    assert drawn(chart) == [("ν", [0.5, 1.25], [2e-4, 1e-4]), ("R_roll [mm]", [0.75], [0.03])]
     assert chart.cells[0].marks == (1.0,)
+    assert not list(blocks_of(page_of(BOTH[:1]).sections, Chart))  # of analytic ICs alone
 
 
 def test_contacts_have_a_panel_of_their_own_and_are_named_with_their_parameter():
@@ -222,20 +204,10 @@ def test_contacts_have_a_panel_of_their_own_and_are_named_with_their_parameter()
 
 
 def test_cases_beyond_that_are_not_refused_are_coloured(limits):
-    (table,) = (
-        block
-        for section in limits.sections
-        if getattr(section, "heading", "") == "Beyond the limits"
-        for block in section.blocks
-    )
-    messages = [row.filled[-1] for row in table.rows]
+    (blocks,) = (one.blocks for one in limits.sections if getattr(one, "heading", "") == "Beyond the limits")
+    messages = [row.filled[-1] for row in blocks[0].rows]
     assert [cell.text for cell in messages] == ["must lie in 0 ... 0.5", "nothing", "failed: not converged"]
     assert [bool(cell.colour) for cell in messages] == [False, True, True]
-
-
-def test_analytic_ics_alone_have_no_chart():
-    page = page_of(BOTH[:1])
-    assert not list(blocks_of(page.sections, Chart))
 
 
 # --- in a browser ---------------------------------------------------------------------------------------

@@ -12,26 +12,16 @@ from compare.campaigns.dataset import CampaignDataset, open_sweep
 from compare.campaigns.tasks import campaign_tasks
 from femic.cache.store import Store
 from geometries.errors import Failure
-from tests.compare.campaigns.campaigns import (
-    LIGHT,
-    LONGER,
-    RANDOM,
-    all_are_large,
-    assert_sums,
-    campaign_in,
-    light,
-    register,
-    swept,
-)
+from tests.compare.campaigns import campaigns
 
 
 @pytest.mark.parametrize("chunk", [50, *(pytest.param(chunk, marks=pytest.mark.slow) for chunk in (1, 1e6))])
 @pytest.mark.usefixtures("light_scenes")
 def test_large_dataset_equals_the_small_one(client, tmp_path, monkeypatch, chunk):
-    campaign, store = campaign_in(tmp_path, LIGHT), Store(tmp_path / "store")
-    _, small = swept(campaign, tmp_path / "small", client, store=store)
-    all_are_large(monkeypatch, chunk)
-    _, large = swept(campaign, tmp_path / "large", client, store=store)
+    campaign, store = campaigns.campaign_in(tmp_path, campaigns.LIGHT), Store(tmp_path / "store")
+    _, small = campaigns.swept(campaign, tmp_path / "small", client, store=store)
+    campaigns.all_are_large(monkeypatch, chunk)
+    _, large = campaigns.swept(campaign, tmp_path / "large", client, store=store)
     assert (tmp_path / "large" / "sweep.zarr").is_dir()
     xr.testing.assert_equal(large.load().drop_vars("failure"), small.drop_vars("failure"))
     assert large.failure.values.tolist() == small.failure.values.tolist()
@@ -39,13 +29,12 @@ def test_large_dataset_equals_the_small_one(client, tmp_path, monkeypatch, chunk
     assert float(large.powers.sel(E=3, nu=0.2, power="two")) == 9
 
 
-def test_second_run_takes_a_large_dataset_as_it_is(light_scenes, sweep, tmp_path, monkeypatch):
-    all_are_large(monkeypatch)
-    _, first = sweep()
-    first.load()
+@pytest.mark.usefixtures("large_there")
+def test_second_run_takes_a_large_dataset_as_it_is(light_scenes, sweep, tmp_path):
+    first = open_sweep(tmp_path).load()
     shutil.rmtree(tmp_path / "store")
     done, again = sweep()
-    assert (done.reused, done.failed, len(light_scenes)) == (27, 3, 27)
+    assert (done.reused, done.failed, len(light_scenes)) == (27, 3, 0)
     xr.testing.assert_identical(again.load(), first)
 
 
@@ -53,34 +42,38 @@ def test_second_run_takes_a_large_dataset_as_it_is(light_scenes, sweep, tmp_path
 def test_scenes_are_appended_to_a_large_dataset(light_scenes, sweep, tmp_path):
     """More values at the end of both axes; nothing that is there is read back or computed."""
     shutil.rmtree(tmp_path / "store")
-    done, dataset = sweep(LONGER.replace("0.3]", "0.3, 0.4]"))
+    done, dataset = sweep(campaigns.LONGER.replace("0.3]", "0.3, 0.4]"))
     assert set(light_scenes) == {(10, nu) for nu in (0.1, 0.2, 0.3, 0.4)} | {(e, 0.4) for e in range(1, 11)}
     assert (done.reused, done.failed, dict(dataset.sizes)) == (27, 4, {"E": 10, "nu": 4, "power": 2})
-    assert_sums(dataset)
+    campaigns.assert_sums(dataset)
 
 
-def test_random_points_are_appended_to_a_large_dataset(light_scenes, sweep, client, tmp_path, monkeypatch):
-    all_are_large(monkeypatch)
-    sweep(RANDOM % 6)
-    shutil.rmtree(tmp_path / "store")
-    campaign = campaign_in(tmp_path, RANDOM % 11)
-    done, dataset = swept(campaign, tmp_path, client)
-    assert (done.reused, len(light_scenes), dataset.sizes["sample"]) == (6, 11, 11)
+@pytest.mark.parametrize("large", [False, True])
+def test_random_points_are_samples_and_more_are_appended(light_scenes, sweep, tmp_path, monkeypatch, large):
+    """To a large dataset without a store; a small one is written anew with what is in the store."""
+    if large:
+        campaigns.all_are_large(monkeypatch)
+    sweep(campaigns.RANDOM % 6)
+    if large:
+        shutil.rmtree(tmp_path / "store")
+    done, dataset = sweep(campaigns.RANDOM % 11)
+    campaign = campaigns.campaign_in(tmp_path, campaigns.RANDOM % 11)
+    assert (done.reused, len(light_scenes), dict(dataset.sizes)) == (6, 11, {"sample": 11, "power": 2})
     np.testing.assert_array_equal(np.column_stack([dataset.E, dataset.nu]), campaign.listed)
     np.testing.assert_array_equal(dataset["sum"], dataset.E + dataset.nu)
 
 
 @pytest.mark.usefixtures("large_there")
 def test_large_dataset_with_values_inserted_is_written_anew(light_scenes, sweep):
-    done, dataset = sweep(LIGHT.replace("0.2, 0.3", "0.15, 0.2, 0.3"))
+    done, dataset = sweep(campaigns.LIGHT.replace("0.2, 0.3", "0.15, 0.2, 0.3"))
     assert (done.reused, len(light_scenes)) == (27, 9)
-    assert_sums(dataset)
+    campaigns.assert_sums(dataset)
 
 
 @pytest.fixture
 def taken(light_scenes, large_there, tmp_path):  # noqa: ARG001
     """What a second run begins with: all 27 scenes of a large dataset."""
-    campaign = campaign_in(tmp_path, LIGHT)
+    campaign = campaigns.campaign_in(tmp_path, campaigns.LIGHT)
     dataset = CampaignDataset(campaign, tmp_path)
     assert dataset.resume(first_digest(campaign, tmp_path)) == ""
     return dataset
@@ -91,24 +84,19 @@ def first_digest(campaign, folder):
     return task.digest
 
 
-def test_removed_scene_is_missing(taken):
+def test_removed_scene_is_missing_and_its_digest_goes_before_its_values_change(taken, tmp_path):
+    """A run that is killed between leaves no scene with a digest and values of something else."""
     digest = int(taken.digests[4])
     assert taken.has(4, digest)
     assert not taken.has(4, digest + 1)
     taken.remove(4)
+    taken.flush()
+    assert list(np.flatnonzero(open_sweep(tmp_path).digest.values.ravel() == 0)) == [4]
     result = open_sweep(taken.write())
     assert np.isnan(result["sum"].values.ravel()[4])
     assert np.isnan(result.seconds.values.ravel()[4])
     assert int(result["sum"].isnull().sum()) == 3 + 1
     assert result.attrs["computed"] == 27 - 3 - 1
-
-
-def test_digest_is_removed_before_its_values_change(taken, tmp_path):
-    """A run that is killed between leaves no scene with a digest and values of something else."""
-    taken.remove(4)
-    taken.flush()
-    digests = open_sweep(tmp_path).digest.values.ravel()
-    assert list(np.flatnonzero(digests == 0)) == [4]
 
 
 def test_values_without_a_digest_are_removed(taken):
@@ -137,7 +125,7 @@ def test_full_disk_under_a_large_dataset_is_reported(sweep, monkeypatch):
     def full(_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    all_are_large(monkeypatch)
+    campaigns.all_are_large(monkeypatch)
     monkeypatch.setattr("compare.campaigns.dataset.CampaignDataset.flush", full)
     with pytest.raises(Failure, match=r"sweep\.zarr cannot be written .*No space left.*make room"):
         sweep()
@@ -146,7 +134,7 @@ def test_full_disk_under_a_large_dataset_is_reported(sweep, monkeypatch):
 @pytest.mark.usefixtures("light_scenes")
 def test_campaign_that_becomes_small_or_large_leaves_one_dataset(sweep, tmp_path, monkeypatch):
     """And one that becomes large."""
-    shorter = LIGHT.replace("[0.1, 0.2, 0.3]", "[0.1]")
+    shorter = campaigns.LIGHT.replace("[0.1, 0.2, 0.3]", "[0.1]")
     _, small = sweep(shorter)
     monkeypatch.setattr("compare.campaigns.dataset.LARGEST_FILE", 800)  # 48 bytes a scene
     _, large = sweep()
@@ -167,8 +155,8 @@ def test_dataset_that_becomes_large_keeps_its_scenes(sweep, tmp_path, monkeypatc
         return xr.Dataset({"many": ("k", np.full(1000, e))})
 
     monkeypatch.setattr("compare.campaigns.dataset.LARGEST_FILE", 27 * 900)
-    register(monkeypatch, errors=light, advice=large)
-    _, dataset = sweep('keep = ["errors", "advice"]' + LIGHT)
+    campaigns.register(monkeypatch, errors=campaigns.light, advice=large)
+    _, dataset = sweep('keep = ["errors", "advice"]' + campaigns.LIGHT)
     assert (tmp_path / "sweep.zarr").is_dir()
     ok = dataset.sel(E=[2, 3, 4, 6, 8])
     np.testing.assert_array_equal(ok.many, np.broadcast_to(ok.E, (3, 1000, 5)).transpose(2, 0, 1))

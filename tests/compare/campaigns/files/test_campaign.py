@@ -85,31 +85,20 @@ def test_a_grid_has_all_combinations_of_values(campaign):
     assert grid.title == grid.name == "mine"
 
 
-def test_logarithmic_values_have_equal_ratios_and_exact_ends(campaign):
+def test_values_of_ranges_are_rounded_and_logarithmic_ones_have_equal_ratios_and_exact_ends(campaign):
+    """0.1 + 0.2 must not be another scene than 0.3."""
+    assert campaign(GRID, ("to = 60", "to = 0.6")).axes[0].values == (0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
     changes = ("from = 0", "from = 0.7"), ('unit = "deg"', 'spacing = "logarithmic"')
     values = campaign(GRID, *changes).axes[0].values
-    assert values[0] == 0.7
-    assert values[-1] == 60
+    assert (values[0], values[-1]) == (0.7, 60)
     np.testing.assert_allclose(np.diff(np.log(values)), np.log(60 / 0.7) / 6, rtol=1e-10)
-
-
-def test_values_of_ranges_are_rounded(campaign):
-    """0.1 + 0.2 must not be another scene than 0.3."""
-    values = campaign(GRID, ("to = 60", "to = 0.6")).axes[0].values
-    assert values == (0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
-
-
-def test_order_has_all_points_once_and_the_ends_first(campaign):
-    grid = campaign(GRID)
-    assert sorted(grid.order) == list(range(21))
-    first = [grid.point(number) for number in grid.order[:9]]
-    assert {flank for flank, _ in first} == {0, 30, 60}
-    assert {ratio for _, ratio in first} == {1.05, 1.2, 1.5}
 
 
 @pytest.mark.parametrize("count", [2, 3, 8, 33, 100])
 def test_early_points_cover_the_range(campaign, count):
-    """After a share of an axis no gap is much wider than even ones would be."""
+    """Of two axes ends and middles are first; after a share of one no gap is much wider than even ones."""
+    first = [campaign(GRID).point(number) for number in campaign(GRID).order[:9]]
+    assert {*first} == {(flank, ratio) for flank in (0, 30, 60) for ratio in (1.05, 1.2, 1.5)}
     grid = campaign(GRID, ("count = 7", f"count = {count}"), ("values = [1.05, 1.2, 1.5]", "values = [1.05]"))
     assert sorted(grid.order) == list(range(count))
     for share in (0.1, 0.3, 0.6):
@@ -132,30 +121,19 @@ def test_scene_at_a_point_has_swept_and_common_keys(campaign):
         },
     )
     assert repr(scene.bodies) == repr(expected.bodies)
-    assert scene.compared == ("combined",)
-    assert scene.settings.tolerance == 0.05
+    assert (scene.compared, scene.settings.tolerance) == (("combined",), 0.05)
     assert tomllib.loads(scene.text) == grid.scene_table((30.0, 1.2))
-
-
-def test_points_do_not_share_tables(campaign):
-    """Nothing of one point may be left in the table of another."""
-    grid = campaign(GRID)
     before = json.dumps(grid.table)
     grid.scene_table((60, 1.5))["lower"]["E"] = 1
-    assert json.dumps(grid.table) == before
+    assert json.dumps(grid.table) == before  # points do not share tables
 
 
 def test_numbers_in_keys_are_places_in_lists(campaign):
-    text = GRID.replace(
-        'bodies = ["combined"]', 'lines = [{ along = "x", s = 0.0 }, { along = "x", s = 1.0 }]'
-    )
-    text = text.replace(
-        'keys = { "upper.contour.radius" = 10, "upper.rolling_radius" = 400 }', 'keys = ["lines.1.s"]'
-    )
-    assert [line.s[0] for line in campaign(text).scene((0, 1.2)).lines] == [0.0, 1.2]
-
-
-def test_factors_of_friction_by_angle_are_an_axis(campaign):
+    """Also of lists in lists: factors of friction by angle."""
+    lines = 'lines = [{ along = "x", s = 0.0 }, { along = "x", s = 1.0 }]'
+    of_ratio = 'keys = { "upper.contour.radius" = 10, "upper.rolling_radius" = 400 }'
+    grid = campaign(GRID, ('bodies = ["combined"]', lines), (of_ratio, 'keys = ["lines.1.s"]'))
+    assert [line.s[0] for line in grid.scene((0, 1.2)).lines] == [0.0, 1.2]
     grid = campaign(
         'scene = "rolling"\n[set.contact]\nfriction_by_angle = [[0, 1.0], [25, 0.5]]\n'
         '[sweep.flange]\nkeys = ["contact.friction_by_angle.1.1"]\nvalues = [0.3, 0.5]\n'
@@ -171,22 +149,21 @@ def test_paths_are_relative_to_the_file_that_names_them(campaign, tmp_path):
     (tmp_path / "base.toml").write_text(base, encoding="utf-8")
     grid = campaign('scene = "base.toml"\n[sweep.E]\nkeys = ["lower.E"]\nvalues = [1e5, 2e5]\n')
     assert grid.table["lower"]["contour"]["file"] == str(tmp_path / "rail.txt")
+    (tmp_path / "g.txt").write_text("0 0 0\n1 0 0\n0 1 0\n", encoding="utf-8")
+    swept = campaign(GRID + '[sweep.gap]\nkeys = ["contact.extra_gap"]\nvalues = ["g.txt"]\n')
+    assert swept.scene_table((30, 1.2, "g.txt"))["contact"]["extra_gap"] == str(tmp_path / "g.txt")
 
 
 # --- points that are not a grid ----------------------------------------------------------------------
 
 
-def test_more_random_points_contain_fewer(campaign):
-    few, many = (campaign(RANDOM % (n, 1)) for n in (5, 100))
+def test_random_points_cover_the_ranges_and_more_of_them_contain_fewer(campaign):
+    few, many = (campaign(RANDOM % (n, 1)) for n in (5, 64))
     assert not many.is_grid
-    assert many.shape == (100,)
-    assert many.listed[:5] == few.listed
-    assert campaign(RANDOM % (5, 2)).listed != few.listed
-    assert list(many.order) == list(range(100))
-
-
-def test_random_points_cover_the_ranges(campaign):
-    e, nu = np.array(campaign(RANDOM % (64, 1)).listed).T
+    assert many.shape == (64,)
+    assert many.listed[:5] == few.listed != campaign(RANDOM % (5, 2)).listed
+    assert list(many.order) == list(range(64))
+    e, nu = np.array(many.listed).T
     for shares in (np.log(e / 1e3) / np.log(100), (nu - 0.1) / 0.3):
         assert np.all((shares >= 0) & (shares <= 1))
         assert np.all(np.histogram(shares, 16, (0, 1))[0] == 4)  # Sobol points are that even
@@ -202,15 +179,11 @@ def test_a_table_has_points_of_any_kind(campaign, tmp_path):
 # --- points that are tried before the run ------------------------------------------------------------
 
 
-def test_each_value_of_a_grid_is_checked_with_first_values_of_other_axes(campaign):
+def test_values_of_a_grid_are_checked_with_first_values_of_other_axes_long_axes_coarsely(campaign):
     grid = campaign(GRID)
     flanks, ratios = (axis.values for axis in grid.axes)
     assert {*checked_points(grid)} == {(flank, 1.05) for flank in flanks} | {(0, ratio) for ratio in ratios}
-
-
-def test_values_of_a_long_axis_are_checked_coarsely(campaign):
-    grid = campaign(GRID, ("count = 7", "count = 20000"))
-    points = list(checked_points(grid))
+    points = list(checked_points(campaign(GRID, ("count = 7", "count = 20000"))))
     assert len(points) == 1000
     assert {ratio for _, ratio in points} == {1.05, 1.2, 1.5}
     assert np.max(np.diff(np.sort([flank for flank, _ in points]))) < 60 / 400
@@ -241,71 +214,47 @@ def test_ends_of_random_points_are_checked(campaign):
 
 # --- what cannot be ----------------------------------------------------------------------------------
 
-WRONG = {
-    "no such key": (GRID, ("upper.rolling_radius", "upper.roling_radius"), "roling_radius"),
-    "no such scene": (GRID, ("geometry1", "geometri1"), "did you mean 'geometry1'"),
-    "no such body": (GRID, ("lower.contour.fl", "middle.contour.fl"), "middle"),
-    "a value on the way": (
-        GRID,
-        ("lower.contour.fl", "lower.E.fl"),
-        r"lower\.E\.fl.*E is a value, not a table",
-    ),
-    "not a number of a list": (GRID, ("lower.contour.flank_inclination_deg", "lines.2.s"), r"lines"),
-    "a value that is too large": (GRID, ("to = 60", "to = 95"), "flank=95,ratio=1.05"),
-    "backwards": (GRID, ("to = 60", "to = -1"), "from = 0 is not below to = -1"),
-    "logarithmic from 0": (GRID, ("count = 7", 'count = 7\nspacing = "logarithmic"'), "must be positive"),
-    "no count": (GRID, ("count = 7", ""), "give count"),
-    "both": (GRID, ("count = 7", "count = 7\nvalues = [1]"), "either values, or both from and to"),
-    "neither": (GRID, ("values = [1.05, 1.2, 1.5]", ""), "either values, or both from and to"),
-    "twice": (GRID, ("[1.05, 1.2, 1.5]", "[1.2, 1.2]"), "one is given twice"),
-    "twice to 12 digits": (GRID, ("[1.05, 1.2, 1.5]", "[1, 1.0000000000001]"), "one is given twice"),
-    "zero and its negative": (GRID, ("[1.05, 1.2, 1.5]", "[0.0, -0.0]"), "one is given twice"),
-    "a number in the middle that nobody means": (GRID, ("1.2, 1.5", "1e300, 1.5"), "no number, or beyond 1e"),
-    "hundreds of digits": (GRID, ("1.2, 1.5", f"1{'0' * 400}, 1.5"), "no number, or beyond 1e"),
-    "not a number": (GRID, ("1.2, 1.5", "nan, 1.5"), "values: no number"),
-    "a factor of 0": (GRID, ('"upper.contour.radius" = 10', '"upper.contour.radius" = 0'), "a factor is 0"),
-    "a factor without end": (
-        GRID,
-        ('"upper.contour.radius" = 10', '"upper.E" = inf'),
-        "a factor is 0, no number",
-    ),
-    "a product that nobody means": (
-        GRID,
-        ("1.05, 1.2, 1.5", "1e25"),
-        ('"upper.contour.radius" = 10', '"upper.contour.radius" = 1e25'),
-        r"upper\.contour\.radius = 1e\+50",
-    ),
-    "a range without room": (
-        GRID,
-        ("from = 0\nto = 60", "from = 59.9999999999999\nto = 60"),
-        "no number of 12",
-    ),
-    "a range without end": (GRID, ("from = 0\nto = 60", "from = -1e308\nto = 1e308"), "no number of 12"),
-    "a range of less room than values": (
-        GRID,
-        ("from = 0\nto = 60\ncount = 7", "from = 59.999999999\nto = 60\ncount = 70"),
-        "sweep.flank: count = 70: values are the same",
-    ),
-    "a key of two axes": (
-        GRID,
-        ('"upper.rolling_radius" = 400', '"lower.contour" = 1'),
-        "a key has one axis",
-    ),
-    "too many scenes": (
+RATIOS, RADIUS = "1.05, 1.2, 1.5", '"upper.contour.radius" = 10'
+WRONG = [
+    (GRID, ("upper.rolling_radius", "upper.roling_radius"), "roling_radius"),
+    (GRID, ("geometry1", "geometri1"), "did you mean 'geometry1'"),
+    (GRID, ("lower.contour.fl", "middle.contour.fl"), "middle"),
+    (GRID, ("lower.contour.fl", "lower.E.fl"), r"lower\.E\.fl.*E is a value, not a table"),
+    (GRID, ("lower.contour.flank_inclination_deg", "lines.2.s"), "lines"),  # no such number in the list
+    (GRID, ("to = 60", "to = 95"), "flank=95,ratio=1.05"),
+    (GRID, ("to = 60", "to = -1"), "from = 0 is not below to = -1"),
+    (GRID, ("count = 7", 'count = 7\nspacing = "logarithmic"'), "must be positive"),
+    (GRID, ("count = 7", ""), "give count"),
+    (GRID, ("count = 7", "count = 7\nvalues = [1]"), "either values, or both from and to"),
+    (GRID, (f"values = [{RATIOS}]", ""), "either values, or both from and to"),
+    (GRID, (RATIOS, "1.2, 1.2"), "one is given twice"),
+    (GRID, (RATIOS, "1, 1.0000000000001"), "one is given twice"),  # to 12 digits
+    (GRID, (RATIOS, "0.0, -0.0"), "one is given twice"),
+    (GRID, ("1.2, 1.5", "1e300, 1.5"), "no number, or beyond 1e"),
+    (GRID, ("1.2, 1.5", f"1{'0' * 400}, 1.5"), "no number, or beyond 1e"),
+    (GRID, ("1.2, 1.5", "nan, 1.5"), "values: no number"),
+    (GRID, (RADIUS, '"upper.contour.radius" = 0'), "a factor is 0"),
+    (GRID, (RADIUS, '"upper.E" = inf'), "a factor is 0, no number"),
+    (GRID, (RATIOS, "1e25"), (RADIUS, RADIUS.replace("10", "1e25")), r"upper\.contour\.radius = 1e\+50"),
+    (GRID, ("from = 0\n", "from = 59.9999999999999\n"), "no number of 12"),
+    (GRID, ("from = 0\nto = 60", "from = -1e308\nto = 1e308"), "no number of 12"),
+    (GRID, ("from = 0\n", "from = 59.999999999\n"), ("count = 7", "count = 70"), "values are the same"),
+    (GRID, ('"upper.rolling_radius" = 400', '"lower.contour" = 1'), "a key has one axis"),
+    (
         GRID,
         ("count = 7", "count = 100000"),
-        ("values = [1.05, 1.2, 1.5]", "from = 1.1\nto = 1.5\ncount = 100000"),
+        (f"values = [{RATIOS}]", "from = 1.1\nto = 1.5\ncount = 100000"),
         r"1e\+10 scenes over 2 axes; at most 1e\+07",
     ),
-    "factors of text": (GRID, ("[1.05, 1.2, 1.5]", '["a"]'), "have no factors"),
-    "a name": (GRID, ("sweep.ratio", 'sweep."a b"'), "letters, digits and _ only"),
-    "keep is no list": (GRID, ("[set]", "keep = 3\n[set]"), "keep"),
-    "random values": (RANDOM % (9, 1), ("from = 0.1\nto = 0.4", "values = [0.1, 0.2]"), "need from and to"),
-    "no such table": (TABLE, ("points.csv", "nowhere.csv"), "nowhere.csv"),
-}
+    (GRID, (RATIOS, '"a"'), "have no factors"),
+    (GRID, ("sweep.ratio", 'sweep."a b"'), "letters, digits and _ only"),
+    (GRID, ("[set]", "keep = 3\n[set]"), "keep"),
+    (RANDOM % (9, 1), ("from = 0.1\nto = 0.4", "values = [0.1, 0.2]"), "need from and to"),
+    (TABLE, ("points.csv", "nowhere.csv"), "nowhere.csv"),
+]
 
 
-@pytest.mark.parametrize("case", WRONG.values(), ids=WRONG)
+@pytest.mark.parametrize("case", WRONG, ids=[case[-1] for case in WRONG])
 def test_wrong_campaign_is_refused_with_its_reason(campaign, case):
     text, *changes, message = case
     with pytest.raises(BadScene, match=message):
@@ -320,26 +269,26 @@ def test_missing_file_is_reported(tmp_path):
 # --- points by name ----------------------------------------------------------------------------------
 
 
-def test_a_point_is_found_by_its_name(campaign, tmp_path):
+def test_points_are_found_by_their_names_or_by_those_of_some_axes(campaign, tmp_path):
     grid = campaign(GRID)
     for number in range(grid.size):
         assert find_points(grid, grid.point_name(grid.point(number))) == [grid.point(number)]
     assert find_points(grid, "ratio=1.1,flank=33") == [(33, 1.1)]  # of any values
-    (tmp_path / "points.csv").write_text("kind,E\nharmonic,1e5\n", encoding="utf-8")
-    assert find_points(campaign(TABLE), "E=1e5,kind=solid") == [(1e5, "solid")]
-
-
-def test_name_of_some_axes_gives_all_points_with_these_values(campaign, tmp_path):
-    grid = campaign(GRID)
     assert find_points(grid, "flank=30") == [(30, 1.05), (30, 1.2), (30, 1.5)]
     assert find_points(grid, "ratio=1.2") == [(flank, 1.2) for flank in range(0, 61, 10)]
     (tmp_path / "points.csv").write_text("kind,E\nharmonic,1e5\nsolid,1e5\nsolid,2e5\n", encoding="utf-8")
-    assert find_points(campaign(TABLE), "kind=solid") == [(1e5, "solid"), (2e5, "solid")]
+    table = campaign(TABLE)
+    assert find_points(table, "kind=solid") == [(1e5, "solid"), (2e5, "solid")]
+    assert find_points(table, "E=1e5,kind=solid") == [(1e5, "solid")]
+    assert find_points(table, "E=1e5, kind=[1, 2]") == [(1e5, [1, 2])]  # spaces and lists
 
 
 def test_unknown_values_are_reported_with_the_known_ones(campaign):
+    grid = campaign(GRID)
     with pytest.raises(BadScene, match=r"no points with ratio=1\.1; there are ratio: 1\.05, 1\.2, 1\.5"):
-        find_points(campaign(GRID), "ratio=1.1")
+        find_points(grid, "ratio=1.1")
+    with pytest.raises(BadScene, match=r"sweep\.ratio: 'abc': is not a number, and upper\.contour\.radius"):
+        grid.scene_table((30, "abc"))
 
 
 @pytest.mark.parametrize(
@@ -348,30 +297,3 @@ def test_unknown_values_are_reported_with_the_known_ones(campaign):
 def test_malformed_point_name_is_reported_with_its_usage(campaign, name):
     with pytest.raises(BadScene, match=r"give flank=\.\.\.,ratio=\.\.\., or some of them"):
         find_points(campaign(GRID), name)
-
-
-def test_point_name_may_have_spaces_and_lists(campaign, tmp_path):
-    (tmp_path / "points.csv").write_text("kind,E\nharmonic,1e5\n", encoding="utf-8")
-    assert find_points(campaign(TABLE), "E=1e5, kind=[1, 2]") == [(1e5, [1, 2])]
-
-
-def test_text_with_a_factor_is_refused(campaign):
-    grid = campaign(GRID)
-    with pytest.raises(BadScene, match=r"sweep\.ratio: 'abc': is not a number, and upper\.contour\.radius"):
-        grid.scene_table((30, "abc"))
-
-
-def test_plain_decimals_are_read_and_nan_is_refused(campaign, tmp_path):
-    """Also after the mark that some programs put at the beginning of a file."""
-    (tmp_path / "points.csv").write_text("kind,E\nharmonic,.5e5\nharmonic,05\nharmonic,1.\n", "utf-8-sig")
-    assert [point[0] for point in campaign(TABLE).listed] == [0.5e5, 5.0, 1.0]
-    (tmp_path / "points.csv").write_text("kind,E\nharmonic,nan\n", encoding="utf-8")
-    with pytest.raises(BadScene, match="line 2: nan: is no finite plain decimal number"):
-        campaign(TABLE)
-
-
-def test_swept_paths_are_relative_to_the_campaign(campaign, tmp_path):
-    gap = '[sweep.gap]\nkeys = ["contact.extra_gap"]\nvalues = ["g.txt"]\n'
-    (tmp_path / "g.txt").write_text("0 0 0\n1 0 0\n0 1 0\n", encoding="utf-8")
-    made = campaign(GRID + gap)
-    assert made.scene_table((30, 1.2, "g.txt"))["contact"]["extra_gap"] == str(tmp_path / "g.txt")

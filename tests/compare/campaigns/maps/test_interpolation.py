@@ -25,17 +25,12 @@ def error(nodes, f, value):
 
 
 @pytest.mark.parametrize("value", [0.3, 1.7, 2.9, 4.0, 5.9])
-def test_cubic_functions_are_exact(value):
-    def f(x):
-        return 1 - 2 * x + 3 * x**2 - 0.5 * x**3
-
-    assert along(AXIS, f, value) == pytest.approx(f(value), rel=1e-12)
-    assert error(AXIS, f, value) < 1e-12
-
-
-@pytest.mark.parametrize("value", PLACES)
-def test_interpolation_is_exact_at_nodes(value):
-    assert along(AXIS, np.exp, value) == np.exp(value)
+def test_cubic_functions_are_exact_and_any_function_at_nodes(value):
+    cubic = np.poly1d([-0.5, 3, -2, 1])
+    assert along(AXIS, cubic, value) == pytest.approx(cubic(value), rel=1e-12)
+    assert error(AXIS, cubic, value) < 1e-12
+    for node in PLACES:
+        assert along(AXIS, np.exp, node) == np.exp(node)
 
 
 def test_logarithmic_axes_are_exact_for_powers_of_the_logarithm():
@@ -79,14 +74,14 @@ def test_kink_half_way_between_nodes_has_the_estimated_error():
             assert abs(along(nodes, f, value) - f(value)) <= (1 + 1e-9) * error(nodes, f, value)
 
 
-def smooth_with_a_kink(random):
-    """A function of two variables, with a kink in the first one that moves with the other."""
+def random_function(random, *, kink):
+    """A function of two variables, perhaps with a kink in the first one that moves with the other."""
+    if not kink:
+        of_x, of_y = (np.poly1d(random.normal(size=size)) for size in (5, 4))
+        return lambda x, y: of_x(x) * of_y(y) + np.sin(2 * x * y)
     a, w, phase = random.normal(size=3), random.uniform(0.5, 3, 3), random.uniform(0, 6, 2)
-    size, at, moves = (
-        random.normal() * 10 ** random.uniform(-1.5, 1),
-        random.random(),
-        random.uniform(-0.6, 0.6),
-    )
+    size = random.normal() * 10 ** random.uniform(-1.5, 1)
+    at, moves = random.random(), random.uniform(-0.6, 0.6)
 
     def f(x, y):
         smooth = a[0] * np.sin(w[0] * x + phase[0]) + a[1] * np.exp(w[1] * x * y / 3)
@@ -102,21 +97,15 @@ def test_estimates_hold_at_95_percent_of_random_places(kink):
     for _ in range(400):
         steps = [np.cumsum(random.uniform(0.6, 1.4, random.integers(3, 8))) for _ in range(2)]
         axes = [AxisNodes(name, tuple((v - v[0]) / np.ptp(v))) for name, v in zip("xy", steps, strict=True)]
-        f, point = smooth_with_a_kink(random), random.random(2)
-        if not kink:
-            f = np.poly1d(random.normal(size=5)), np.poly1d(random.normal(size=4))
-            f = lambda x, y, f=f: f[0](x) * f[1](y) + np.sin(2 * x * y)  # noqa: E731
-        held.append(actual_error(axes, f, point) <= estimated_error(axes, f, point))
+        f, point = random_function(random, kink=kink), random.random(2)
+        actual = abs(at(axes, f, [axis.at(v) for axis, v in zip(axes, point, strict=True)]) - f(*point))
+        held.append(actual <= estimated_error(axes, f, point))
     assert np.mean(held) >= 0.95
 
 
 def at(axes, f, stencils):
     nodes = [np.array(axis.values)[stencil.nodes] for axis, stencil in zip(axes, stencils, strict=True)]
     return float(interpolate(f(*np.meshgrid(*nodes, indexing="ij")), stencils))
-
-
-def actual_error(axes, f, point):
-    return abs(at(axes, f, [axis.at(value) for axis, value in zip(axes, point, strict=True)]) - f(*point))
 
 
 def estimated_error(axes, f, point):
@@ -150,15 +139,19 @@ def test_axes_are_combined_one_after_the_other():
     np.testing.assert_allclose(interpolate(values, stencils), 1.2**2 * 3.3**3 * np.array([1.0, -2.0]))
 
 
-@pytest.mark.parametrize("values", [(1.0, 2.0), (1.0, 3.0, 2.0), (1.0, 1.0, 2.0)])
-def test_axes_with_few_or_unordered_values_are_refused(values):
-    with pytest.raises(WrongInput, match=r"axis flank, \d values: a map needs 3 or more that increase"):
-        AxisNodes("flank", values)
-
-
-def test_logarithms_need_positive_values():
-    with pytest.raises(WrongInput, match="all positive"):
-        AxisNodes("E", (0.0, 1.0, 2.0), spacing="logarithmic")
+@pytest.mark.parametrize(
+    ("values", "spacing", "message"),
+    [
+        *(
+            (values, "linear", r"axis flank, \d values: a map needs 3 or more that increase")
+            for values in ((1.0, 2.0), (1.0, 3.0, 2.0), (1.0, 1.0, 2.0))
+        ),
+        ((0.0, 1.0, 2.0), "logarithmic", "all positive"),
+    ],
+)
+def test_axes_without_nodes_for_a_map_are_refused(values, spacing, message):
+    with pytest.raises(WrongInput, match=message):
+        AxisNodes("flank", values, spacing=spacing)
 
 
 @pytest.mark.parametrize("value", [-0.1, 6.1, np.nan])

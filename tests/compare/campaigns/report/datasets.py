@@ -94,6 +94,12 @@ def with_failures(dataset, failing):
     return broken.assign_attrs(computed=dataset.attrs["scenes"] - failed, failed=failed)
 
 
+def keeping(dataset, kind, variables, **coords):
+    """The dataset with results of another kind than errors."""
+    kept = dataset.drop_vars(["error", "vanishes"]).assign(variables).assign_coords(coords)
+    return kept.assign_attrs(keep=json.dumps([kind]))
+
+
 def charts(dataset):
     """The charts of the page of a dataset, by name, as the browser gets them."""
     dataset = prepare(dataset)

@@ -1,26 +1,22 @@
 """The charts of the page of a campaign have the numbers of its dataset."""
 
-import json
-
 import numpy as np
 import pytest
 
-from compare.campaigns.report.charts import BETWEEN, MOST_POINTS, OTHERS, Plane, within_chart
+from compare.campaigns.report.charts import BETWEEN, OTHERS, Plane, within_chart
 from compare.campaigns.report.fields import COLUMN, LOWEST, ROW, find_fields, read_axes
 from tests.compare.campaigns.report.datasets import (
     ESTIMATE,
     FLANKS,
     RATIOS,
-    campaign,
     charts,
     crossing,
     error,
+    keeping,
     on_three_axes,
     values_of,
     with_failures,
 )
-
-KNOWN = {"p_max": 3.0, "b": np.nan}
 
 
 def curve_of(cell, label):
@@ -30,7 +26,7 @@ def curve_of(cell, label):
     return curve, *bands
 
 
-def test_maps_have_the_errors_of_each_ics(grid):
+def test_maps_have_the_errors_of_each_ics_and_lines_where_these_cross_levels(grid):
     chart = charts(grid)["errors"]
     assert (chart["slider"], chart["labels"]) == ("ICs", ["A", "B̂"])
     assert chart["labels"][chart["start"]] == "B̂"
@@ -43,10 +39,6 @@ def test_maps_have_the_errors_of_each_ics(grid):
             sn["traces"][0]["hovertemplate"]
             == "flank %{x:.4~g}, ratio %{y:.4~g}: %{customdata:.4g} %<extra></extra>"
         )
-
-
-def test_lines_cross_levels_where_crossings_are(grid):
-    chart = charts(grid)["errors"]
     (line,) = curve_of(chart["steps"][0][1], "5 %")
     ends = dict(zip(line["y"], line["x"], strict=True))
     assert ends[RATIOS[0]] == pytest.approx(crossing("A", 0.05, RATIOS[0]), rel=1e-5)  # JSON has six digits
@@ -134,19 +126,10 @@ def test_random_points_are_drawn_over_each_axis_by_component(samples):
         np.testing.assert_allclose(points["y"], expected, rtol=1e-5)
 
 
-def test_of_many_random_points_some_are_drawn():
-    flank, ratio = np.linspace(0, 60, 900), np.linspace(1.05, 1.5, 900)
-    many = campaign({"flank": flank, "ratio": ratio}, flank, ratio, points="samples")
-    assert len(charts(many)["errors"]["steps"][0][0]["traces"][0]["x"]) == MOST_POINTS
-
-
 def test_deviations_have_symmetric_colours_and_values_their_units(grid):
     p_max = 800 - FLANKS[:, None, None] + 0 * RATIOS[:, None] + np.array([80.0, -8.0, 0.0])
-    kept = grid.drop_vars(["error", "vanishes"]).assign(
-        p_max=(("flank", "ratio", "ics"), p_max, {"units": "MPa"})
-    )
-    kept = kept.assign_coords(ics=["A", "Bhat", "C"]).assign_attrs(keep=json.dumps(["contact"]))
-    page = charts(kept)
+    values = {"p_max": (("flank", "ratio", "ics"), p_max, {"units": "MPa"})}
+    page = charts(keeping(grid, "contact", values, ics=["A", "Bhat", "C"]))
     (of_a,), (of_bhat,) = page["contact"]["steps"]
     reference = p_max[..., 2]
     np.testing.assert_allclose(values_of(of_a), 8000 / reference, rtol=1e-5)
@@ -161,9 +144,9 @@ def test_deviations_have_symmetric_colours_and_values_their_units(grid):
 
 
 def test_a_number_that_is_not_known_anywhere_has_an_empty_map(grid):
-    values = {name: (("flank", "ratio", "ics"), np.full((7, 3, 2), value)) for name, value in KNOWN.items()}
-    kept = grid.drop_vars(["error", "vanishes"]).assign(values).assign_coords(ics=["A", "C"])
-    page = charts(kept.assign_attrs(keep=json.dumps(["contact"])))
+    known = {"p_max": 3.0, "b": np.nan}
+    values = {name: (("flank", "ratio", "ics"), np.full((7, 3, 2), value)) for name, value in known.items()}
+    page = charts(keeping(grid, "contact", values, ics=["A", "C"]))
     for name in ("contact", "reference"):
         known, unknown = page[name]["steps"][0]
         assert np.isfinite(values_of(known)).all()

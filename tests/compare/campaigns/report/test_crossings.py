@@ -7,17 +7,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from compare.campaigns.report import tables
 from compare.campaigns.report.fields import LEVELS, ShownAxis, find_fields, read_axes
 from compare.campaigns.report.page import CROSSINGS, write_sweep
-from compare.campaigns.report.tables import (
-    EVERYWHERE,
-    NOWHERE,
-    crossing_cell,
-    crossing_texts,
-    exceeding_share,
-    level_table,
-    ranges_above,
-)
 from compare.report.tables import Cell
 from tests.compare.campaigns.report.datasets import RATIOS, SHARES, crossing
 
@@ -26,7 +18,7 @@ def test_ranges_in_which_a_level_is_exceeded_are_interpolated_linearly():
     at = np.array([0.0, 1.0, 3.0, 4.0])
 
     def ends(values, level):
-        return ranges_above(at, np.array(values), level)
+        return tables.ranges_above(at, np.array(values), level)
 
     assert ends([0.0, 1.0, 3.0, 4.0], 2.0) == [(2.0, None)]
     assert ends([4.0, 3.0, 1.0, 0.0], 2.0) == [(None, 2.0)]
@@ -36,31 +28,28 @@ def test_ranges_in_which_a_level_is_exceeded_are_interpolated_linearly():
     assert ends([2.0, 2.0, 2.0, 2.0], 2.0) == []
 
 
-def test_repeated_crossings_and_gaps_are_reported():
+def test_repeated_crossings_and_gaps_are_reported_and_small_values_rounded_to_the_span():
     axis = ShownAxis("flank", "flank", np.array([0.0, 1.0, 2.0, 3.0, 4.0]))
     again = np.array([0.0, 2.0, 0.0, 2.0, 0.0])
-    assert crossing_texts(axis, again, 1.0) == ["from 0.5 to 1.5", "from 2.5 to 3.5"]
-    assert exceeding_share(axis, again, 1.0) == 0.5
-    assert crossing_cell(xr.DataArray(again, dims="flank"), [axis], 1.0) == Cell(
+    assert tables.crossing_texts(axis, again, 1.0) == ["from 0.5 to 1.5", "from 2.5 to 3.5"]
+    assert tables.exceeding_share(axis, again, 1.0) == 0.5
+    assert tables.crossing_cell(xr.DataArray(again, dims="flank"), [axis], 1.0) == Cell(
         "from 0.5 to 1.5", below="again from 2.5 to 3.5"
     )
     sizes = xr.DataArray([0.0, 0.5, np.nan, 0.5, np.nan], dims="flank")
-    assert crossing_cell(sizes, [axis], 1.0) == Cell(NOWHERE)
-    assert crossing_cell(sizes * np.nan, [axis], 1.0) == Cell("–")
-
-
-def test_small_values_are_rounded_to_the_span():
-    axis = ShownAxis("spin", "spin", np.array([0.0, 0.002]))
-    assert crossing_texts(axis, np.array([0.0, 0.002]) - 6.0345e-5, 0.0) == ["from 0.00006 on"]
+    assert tables.crossing_cell(sizes, [axis], 1.0) == Cell(tables.NOWHERE)
+    assert tables.crossing_cell(sizes * np.nan, [axis], 1.0) == Cell("–")
+    fine = ShownAxis("spin", "spin", np.array([0.0, 0.002]))
+    assert tables.crossing_texts(fine, np.array([0.0, 0.002]) - 6.0345e-5, 0.0) == ["from 0.00006 on"]
 
 
 def shown(place):
-    return f"from {float(f'{place:.3g}'):g} on" if place < 60 else NOWHERE
+    return f"from {float(f'{place:.3g}'):g} on" if place < 60 else tables.NOWHERE
 
 
 def test_crossings_of_largest_and_least_extent_are_exact(grid):
     (field,) = find_fields(grid)
-    table = level_table(field, read_axes(grid))
+    table = tables.level_table(field, read_axes(grid))
     for k, level in enumerate(LEVELS):
         for variant, symbol in (("A", "A"), ("Bhat", "B̂")):
             (row,) = (row for row in table.rows if row.name == f"sn, {symbol}")
@@ -87,8 +76,8 @@ def test_all_crossings_are_written_to_a_file(grid, tmp_path):
 def test_text_values_are_categories():
     names = np.array(["steel", "bronze", "polyamide"])
     axis = ShownAxis("material", "material", names)
-    assert crossing_texts(axis, np.array([2.0, 0.0, 2.0]), 1.0) == ["at steel and polyamide"]
-    assert crossing_texts(axis, np.array([2.0, 2.0, np.nan]), 1.0) == [EVERYWHERE]
+    assert tables.crossing_texts(axis, np.array([2.0, 0.0, 2.0]), 1.0) == ["at steel and polyamide"]
+    assert tables.crossing_texts(axis, np.array([2.0, 2.0, np.nan]), 1.0) == [tables.EVERYWHERE]
     np.testing.assert_array_equal(axis.at, [0, 1, 2])
     assert axis.categories == list(names)
     assert not axis.is_logarithmic

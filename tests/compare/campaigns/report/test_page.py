@@ -3,29 +3,11 @@
 import numpy as np
 import pytest
 
+from compare.campaigns.report import tables
+from compare.campaigns.report.charts import MOST_POINTS
 from compare.campaigns.report.fields import COLUMN, NONE, ROW, find_advice, find_fields, read_axes
 from compare.campaigns.report.page import count_scenes, write_sweep
-from compare.campaigns.report.tables import (
-    MOST_FAILURES,
-    advice_table,
-    answer_note,
-    answer_table,
-    correlation_table,
-    cost_table,
-    failure_table,
-    rank_correlation,
-)
-from tests.compare.campaigns.report.datasets import (
-    ESTIMATE,
-    FLANKS,
-    RATIOS,
-    campaign,
-    charts,
-    crossing,
-    error,
-    on_three_axes,
-    with_failures,
-)
+from tests.compare.campaigns.report import datasets
 from tests.compare.pages import read_texts, require_room
 
 
@@ -34,7 +16,9 @@ def test_first_sentence_counts_scenes(grid):
         "21 scenes over flank = 0 ... 60 u and ratio = 1.05 ... 1.5 u: 21 computed, 0 failed, 0 not computed "
         "yet."
     )
-    some = with_failures(grid, (FLANKS[:, None] > 35) & (RATIOS < 1.3)).isel(ratio=[0, 2])
+    some = datasets.with_failures(grid, (datasets.FLANKS[:, None] > 35) & (datasets.RATIOS < 1.3)).isel(
+        ratio=[0, 2]
+    )
     assert "over flank = 0 ... 60 u and ratio = 1.05 and 1.5 u: 15 computed, 6 failed, 0" in count_scenes(
         some
     )
@@ -42,28 +26,28 @@ def test_first_sentence_counts_scenes(grid):
 
 def test_answer_has_the_largest_errors_with_estimates_and_where_they_are_too_large(grid):
     (field,) = find_fields(grid)
-    table = answer_table(field, grid)
+    table = tables.answer_table(field, grid)
     assert [column.title for column in table.columns] == ["nn [%]", "sn [%]"]
     percent = read_texts(table)
     for symbol, variant in (("A", "A"), ("B̂", "Bhat")):
-        largest, known = 100 * error(variant, 60), 100 * ESTIMATE
+        largest, known = 100 * datasets.error(variant, 60), 100 * datasets.ESTIMATE
         assert percent[symbol] == [f"{largest / 10:.3f} ± {known / 10:.3f}", f"{largest:.2f} ± {known:.2f}"]
-    assert table.rows[0].cells[1].below == f"from {crossing('A', 0.05):.1f} on"
+    assert table.rows[0].cells[1].below == f"from {datasets.crossing('A', 0.05):.1f} on"
     assert table.rows[1].cells[1].below == "nowhere"
-    assert "where along flank [u], interpolated linearly" in answer_note(field, grid)
+    assert "where along flank [u], interpolated linearly" in tables.answer_note(field, grid)
 
 
 def test_answer_has_the_first_columns(grid):
     rng = np.random.default_rng(0)
     many = grid.assign(error=(grid.error.dims, rng.uniform(0.1, 1, grid.error.shape)))
     (field,) = find_fields(many)
-    assert [column.head for column in answer_table(field, many).columns] == field.columns[:6]
+    assert [column.head for column in tables.answer_table(field, many).columns] == field.columns[:6]
 
 
 def test_failed_scenes_are_reported_as_gaps(grid, tmp_path):
-    failing = (FLANKS[:, None] > 35) & (RATIOS < 1.3)
-    broken = with_failures(grid, failing)
-    table = failure_table(broken)
+    failing = (datasets.FLANKS[:, None] > 35) & (datasets.RATIOS < 1.3)
+    broken = datasets.with_failures(grid, failing)
+    table = tables.failure_table(broken)
     assert [row.name for row in table.rows][:2] == ["flank = 40, ratio = 1.05", "flank = 40, ratio = 1.2"]
     assert table.rows[0].cells == ["not converged"]
     text = write_sweep(broken, tmp_path).read_text(encoding="utf-8")
@@ -73,48 +57,46 @@ def test_failed_scenes_are_reported_as_gaps(grid, tmp_path):
 
 
 def test_of_many_failures_the_first_are_listed(samples):
-    broken = with_failures(samples, np.arange(200) < 50)
-    table = failure_table(broken)
-    assert len(table.rows) == MOST_FAILURES + 1
+    broken = datasets.with_failures(samples, np.arange(200) < 50)
+    table = tables.failure_table(broken)
+    assert len(table.rows) == tables.MOST_FAILURES + 1
     assert table.rows[-1].name == "and 30 more"
 
 
 def test_rank_correlations_depend_on_order_only(samples):
     (field,) = find_fields(samples)
     flank, ratio = read_axes(samples)
-    (row,) = (row for row in correlation_table(field, [flank, ratio]).rows if row.name == "sn, A")
+    (row,) = (row for row in tables.correlation_table(field, [flank, ratio]).rows if row.name == "sn, A")
     assert row.cells[0].value > 0.4
     assert row.cells[1].value < -0.4
-    assert rank_correlation(flank, samples.flank.values**3) == pytest.approx(1.0)
+    assert tables.rank_correlation(flank, samples.flank.values**3) == pytest.approx(1.0)
 
 
 def test_errors_at_random_points_are_reported_as_shares_of_scenes(samples):
     (field,) = find_fields(samples)
     over = f"{100 * float(np.mean(field.values.sel({ROW: 'A', COLUMN: 'sn'}) > 0.05)):.0f} %"
-    assert answer_table(field, samples).rows[0].cells[1].below == f"{over} of scenes"
+    assert tables.answer_table(field, samples).rows[0].cells[1].below == f"{over} of scenes"
 
 
 def test_cost_has_the_fastest_and_the_slowest_scenes(curve):
     seconds = np.array([np.nan, 3.0, 1.0, 5.0, 2.0, 4.0, np.nan])
-    rows = cost_table(curve.assign(seconds=("flank", seconds))).rows
+    rows = tables.cost_table(curve.assign(seconds=("flank", seconds))).rows
     assert [row.cells[0].value for row in rows] == [15.0, 1.0, 5.0, 4.0, 3.0]
     assert [row.name for row in rows[1:3]] == ["flank = 20", "flank = 30"]
 
 
-def with_advice(curve):
-    advised = np.array([0.0, 0, 0, 1, 1, -1, np.nan])
-    return curve.drop_vars(["error", "vanishes"]).assign(
-        advised=(("flank", "body"), np.stack([np.zeros(7), advised], axis=-1)),
-    )
-
-
 def test_advice_is_shown_with_symbols(curve):
-    kept = with_advice(curve)
+    advised = np.stack([np.zeros(7), [0, 0, 0, 1, 1, -1, np.nan]], axis=-1)
+    kept = datasets.keeping(curve, "advice", {"advised": (("flank", "body"), advised)})
     advice = find_advice(kept)
     assert list(advice[1]) == ["A", "B̂", NONE]
-    assert {row.name: row.cells[0] for row in advice_table(advice).rows} == {"A": "3", "B̂": "2", NONE: "1"}
+    assert {row.name: row.cells[0] for row in tables.advice_table(advice).rows} == {
+        "A": "3",
+        "B̂": "2",
+        NONE: "1",
+    }
     assert list(find_advice(kept.isel(flank=slice(0, 5)))[1]) == ["A", "B̂"]
-    (panel,) = charts(kept.assign_attrs(keep='["advice"]'))["advice"]["steps"][0]
+    (panel,) = datasets.charts(kept)["advice"]["steps"][0]
     assert panel["layout"]["yaxis"]["ticktext"] == list(advice[1])
     assert panel["traces"][0]["y"] == [0, 0, 0, 1, 1, 2, None]
 
@@ -122,7 +104,7 @@ def test_advice_is_shown_with_symbols(curve):
 @pytest.mark.parametrize(("count", "drawn"), [(1, 0), (2, 1)])
 def test_one_scene_has_numbers_and_no_charts(curve, count, drawn, tmp_path):
     one = curve.isel(flank=slice(5, 5 + count)).assign_attrs(scenes=count, computed=count)
-    assert len(charts(one)) == drawn
+    assert len(datasets.charts(one)) == drawn
     text = write_sweep(one, tmp_path).read_text(encoding="utf-8")
     assert ("15.83 ± 0.20" if count == 1 else "19.00 ± 0.20") in text
 
@@ -135,7 +117,7 @@ def test_page_says_that_nothing_is_computed(grid, tmp_path):
 
 
 def test_of_three_axes_the_closest_ics_are_shown_and_others_on_request(grid, tmp_path):
-    text = write_sweep(on_three_axes(grid.isel(flank=[0, 6], ratio=[0, 2])), tmp_path).read_text(
+    text = write_sweep(datasets.on_three_axes(grid.isel(flank=[0, 6], ratio=[0, 2])), tmp_path).read_text(
         encoding="utf-8"
     )
     assert "<h2>B̂: Errors over flank, ratio and third</h2>" in text
@@ -145,8 +127,11 @@ def test_of_three_axes_the_closest_ics_are_shown_and_others_on_request(grid, tmp
 
 def test_page_says_how_many_points_are_drawn(tmp_path):
     flank, ratio = np.linspace(0, 60, 900), np.linspace(1.05, 1.5, 900)
-    many = campaign({"flank": flank, "ratio": ratio}, flank, ratio, points="samples")
-    assert "500 of 900 scenes are drawn." in write_sweep(many, tmp_path).read_text(encoding="utf-8")
+    many = datasets.campaign({"flank": flank, "ratio": ratio}, flank, ratio, points="samples")
+    assert f"{MOST_POINTS} of 900 scenes are drawn." in write_sweep(many, tmp_path).read_text(
+        encoding="utf-8"
+    )
+    assert len(datasets.charts(many)["errors"]["steps"][0][0]["traces"][0]["x"]) == MOST_POINTS
 
 
 def test_figures_of_before_are_removed(grid, tmp_path):
@@ -162,8 +147,8 @@ def test_figures_of_before_are_removed(grid, tmp_path):
 @pytest.mark.parametrize("points", ["grid", "third", "samples"])
 def test_page_is_not_wider_than_the_window(request, points, browser, tmp_path):
     grid = request.getfixturevalue("grid" if points == "third" else points)
-    dataset = on_three_axes(grid) if points == "third" else grid
+    dataset = datasets.on_three_axes(grid) if points == "third" else grid
     failing = np.zeros(dataset.seconds.shape, dtype=bool)
     failing.flat[0] = True
-    page = write_sweep(with_failures(dataset, failing), tmp_path)
+    page = write_sweep(datasets.with_failures(dataset, failing), tmp_path)
     require_room(browser, page, {1280: 1280, 800: 800, 400: 800})

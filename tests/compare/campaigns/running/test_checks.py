@@ -1,8 +1,10 @@
-"""Impossible values, missing results and wrong names are reported before any work."""
+"""Before any work: wrong values and names are reported; the keys of results."""
 
 import pytest
 
 from compare.campaigns.plan import require_computable
+from compare.campaigns.tasks import campaign_tasks, scene_task
+from femic.cache.store import Store
 from femic.scenes.errors import BadScene
 from tests.compare.campaigns.campaigns import CELLS_OF_PATCHES, CHEAP, LIGHT, OF_UPPER, campaign_in
 
@@ -61,3 +63,32 @@ def test_a_value_is_refused_only_where_it_fits_to_no_values_of_other_axes(tmp_pa
     for wrong in () if points else ("5.0", "-0.2"):
         with pytest.raises(BadScene, match="smallest_cell"):
             require_computable(campaign_in(tmp_path, CHEAP + axes[0].replace("0.2", wrong) + axes[1]))
+
+
+def test_check_with_the_other_engine_is_left_out(tmp_path):
+    campaign = campaign_in(tmp_path, OF_UPPER.replace("check = false", "check = true"))
+    ((_, task), *_) = campaign_tasks(campaign, Store(tmp_path))
+    assert campaign.scene(campaign.point(0)).check is not None
+    assert task.scene.check is None
+
+
+def test_keys_of_results_depend_on_table_kind_of_results_and_contents_of_files(tmp_path):
+    store, file = Store(tmp_path / "store"), tmp_path / "file.txt"
+    file.write_text("1 2\n", encoding="utf-8")
+    table = {"lower": {"E": 1.0}, "upper": {"E": 1}}
+    points = {"contour": {"kind": "points", "file": str(file)}}
+    naming = [
+        {"lower": points},
+        {"upper": points},
+        {"contact": {"extra_gap": str(file)}},
+        {"contact": {"ics": ["A", f"map:{file}"]}},
+    ]
+
+    def key_of(table, kind="errors"):
+        return scene_task(table, (kind,), store).keys[kind]
+
+    keys = [key_of(table), key_of(table, "ics"), key_of(table | {"upper": {"E": 2}}), *map(key_of, naming)]
+    assert len(set(keys)) == len(keys)
+    assert [key_of(dict(table)), *map(key_of, naming)] == [keys[0], *keys[3:]]
+    file.write_text("1 3\n", encoding="utf-8")
+    assert not {*map(key_of, naming)} & {*keys}

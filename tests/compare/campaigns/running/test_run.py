@@ -9,24 +9,16 @@ from compare.campaigns import run as running
 from compare.campaigns.dataset import CampaignDataset, SceneOutcome, open_sweep
 from compare.campaigns.run import SCENES_PER_WORKER, Options, compute_sweep
 from femic.cache.store import Store
-from tests.compare.campaigns.campaigns import (
-    LIGHT,
-    RANDOM,
-    all_are_large,
-    assert_sums,
-    campaign_in,
-    register,
-    swept,
-)
+from tests.compare.campaigns import campaigns
 
 
 def test_campaign_has_a_dataset_and_a_second_run_computes_nothing(light_scenes, client, tmp_path):
     """One that fails is recorded, and the others go on."""
-    campaign = campaign_in(tmp_path, LIGHT)
-    done, first = swept(campaign, tmp_path, client)
+    campaign = campaigns.campaign_in(tmp_path, campaigns.LIGHT)
+    done, first = campaigns.swept(campaign, tmp_path, client)
     assert (len(light_scenes), done.finished, done.failed) == (27, 27, 3)
     assert dict(first.sizes) == {"E": 9, "nu": 3, "power": 2}
-    assert_sums(first)
+    campaigns.assert_sums(first)
     ok = first.drop_sel(E=7)
     np.testing.assert_array_equal(ok.powers.sel(power="two"), (ok.E**2 + 0 * ok.nu))
     assert first["sum"].attrs["units"] == "1"
@@ -41,17 +33,21 @@ def test_campaign_has_a_dataset_and_a_second_run_computes_nothing(light_scenes, 
     xr.testing.assert_identical(open_sweep(tmp_path), first)
 
 
-def test_failures_are_tried_again_when_asked(light_scenes, sweep):
+def test_failures_are_tried_again_when_asked_and_scenes_of_new_values_are_computed(light_scenes, sweep):
     sweep()
     del light_scenes[:]
     done, _ = sweep(options=Options(retry=True))
     assert sorted(light_scenes) == [(7, 0.1), (7, 0.2), (7, 0.3)]
     assert (done.reused, done.failed) == (24, 3)
+    del light_scenes[:]
+    done, dataset = sweep(campaigns.LIGHT.replace("[0.1, 0.2, 0.3]", "[0.1, 0.15, 0.2, 0.3]"))
+    assert {nu for _, nu in light_scenes} == {0.15}
+    assert (done.reused, dataset.sizes["nu"]) == (27, 4)
 
 
 @pytest.mark.usefixtures("light_scenes")
 def test_unexpected_errors_are_recorded_but_not_stored(sweep, tmp_path, monkeypatch):
-    register(monkeypatch, errors=lambda *_: 1 / 0)
+    campaigns.register(monkeypatch, errors=lambda *_: 1 / 0)
     _, dataset = sweep()
     assert set(dataset.failure.values.ravel()) == {"ZeroDivisionError: division by zero"}
     monkeypatch.undo()
@@ -77,59 +73,37 @@ def test_interrupted_campaign_continues(light_scenes, sweep, tmp_path):
     np.testing.assert_array_equal(dataset["sum"].values[seen], early["sum"].values[seen])
 
 
-def test_only_scenes_of_new_values_are_computed(light_scenes, sweep):
-    sweep()
-    del light_scenes[:]
-    done, dataset = sweep(LIGHT.replace("[0.1, 0.2, 0.3]", "[0.1, 0.15, 0.2, 0.3]"))
-    assert {nu for _, nu in light_scenes} == {0.15}
-    assert (done.reused, dataset.sizes["nu"]) == (27, 4)
-
-
-@pytest.mark.usefixtures("light_scenes")
-def test_random_points_are_samples(client, tmp_path):
-    campaign = campaign_in(tmp_path, RANDOM % 6)
-    _, dataset = swept(campaign, tmp_path, client)
-    assert dict(dataset.sizes) == {"sample": 6, "power": 2}
-    np.testing.assert_array_equal(np.column_stack([dataset.E, dataset.nu]), campaign.listed)
-    np.testing.assert_array_equal(dataset["sum"], dataset.E + dataset.nu)
-
-
-def test_scenes_are_submitted_in_the_order_of_the_campaign(light_scenes, client, tmp_path, monkeypatch):
+def test_scenes_are_submitted_in_the_order_of_the_campaign_by_windows(
+    light_scenes, client, tmp_path, monkeypatch
+):
     """They are submitted in exactly this order, coarse first; within a window Dask may swap some."""
-    submitted, following = [], running._Run.next_unfinished
+    submitted, with_scheduler = [], []
+    following, begin = running._Run.next_unfinished, running._Run._begin
 
     def noted(run):
         scene = following(run)
         submitted.extend([] if scene is None else [scene[0]])
         return scene
 
+    def counted(run, *scene):
+        begin(run, *scene)
+        with_scheduler.append(run.begun)
+
     monkeypatch.setattr(running._Run, "next_unfinished", noted)
-    campaign = campaign_in(tmp_path, LIGHT)
-    swept(campaign, tmp_path, client)
+    monkeypatch.setattr(running._Run, "_begin", counted)
+    campaign = campaigns.campaign_in(tmp_path, campaigns.LIGHT)
+    campaigns.swept(campaign, tmp_path, client)
+    assert max(with_scheduler) == SCENES_PER_WORKER
     assert submitted == list(campaign.order)
-    places = [divmod(number, 3) for number in submitted[:9]]
     coarse = {(e, nu) for e in (1, 5, 9) for nu in (0.1, 0.2, 0.3)}
-    assert {(1 + e, (0.1, 0.2, 0.3)[nu]) for e, nu in places} == coarse
+    assert {campaign.point(number) for number in submitted[:9]} == coarse
     swapped = SCENES_PER_WORKER - 1
     assert set(light_scenes[: len(coarse) - swapped]) <= coarse
     assert coarse <= set(light_scenes[: len(coarse) + swapped])
 
 
-@pytest.mark.usefixtures("light_scenes")
-def test_at_most_one_window_is_submitted(sweep, monkeypatch):
-    with_scheduler, begin = [], running._Run._begin
-
-    def counted(run, *scene):
-        begin(run, *scene)
-        with_scheduler.append(run.begun)
-
-    monkeypatch.setattr(running._Run, "_begin", counted)
-    sweep()
-    assert max(with_scheduler) == SCENES_PER_WORKER
-
-
 def test_scene_with_results_of_another_shape_has_failed(tmp_path):
-    dataset = CampaignDataset(campaign_in(tmp_path, LIGHT), tmp_path)
+    dataset = CampaignDataset(campaigns.campaign_in(tmp_path, campaigns.LIGHT), tmp_path)
     for number, n in enumerate((2, 3)):
         dataset.add(number, SceneOutcome(xr.Dataset({"y": ("k", np.ones(n))}, coords={"k": np.arange(n)})))
     assert dataset.failures == {
@@ -141,8 +115,8 @@ def test_scene_with_results_of_another_shape_has_failed(tmp_path):
 def test_differing_labels_are_numbered(tmp_path, monkeypatch, large):
     """Also where they are numbers, and have been written as such."""
     if large:
-        all_are_large(monkeypatch)
-    dataset = CampaignDataset(campaign_in(tmp_path, LIGHT), tmp_path)
+        campaigns.all_are_large(monkeypatch)
+    dataset = CampaignDataset(campaigns.campaign_in(tmp_path, campaigns.LIGHT), tmp_path)
     for number in range(2):
         one = xr.Dataset(
             {"y": (("load", "k"), [[1.0, 2.0]])}, coords={"load": [10.0 + number], "k": ["a", "b"]}

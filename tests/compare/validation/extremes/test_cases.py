@@ -43,40 +43,29 @@ def scene_of(case):
     return case.scene(HARMONIC)
 
 
-def test_lines_of_a_plane_are_in_proportion_to_its_patch():
+def test_lines_of_a_plane_are_in_proportion_to_its_patch_and_off_its_outline():
     """b = 0.4 mm, a = 0.1 mm: beside it at 3 b, in front of it at 50 a, 25 b long."""
-    case = flat(aspect=0.25, size=0.4, distance=50.0, beside=3.0)
-    scene = scene_of(case)
-    assert (scene.patch.a, scene.patch.b) == (0.1, 0.4)
+    scene = scene_of(flat(aspect=0.25, size=0.4, distance=50.0, beside=3.0))
+    assert (scene.patch.a, scene.patch.b, scene.compared) == (0.1, 0.4, ("lower",))
     beside, through, across = scene.lines
     assert (beside.s[0], through.s[0], across.x[0]) == pytest.approx((1.2, 0.0, 5.0))
     for line in scene.lines:
         assert (line.running[0], line.running[-1]) == (-10.0, 10.0)
         assert len(line.x) >= engines.POINTS
         assert np.min(np.abs(line.running)) > 0
-        assert np.min(np.abs(np.abs(line.running) - 0.1)) >= engines.DRAWN_AWAY * 0.1  # off the outline
-    assert scene.compared == ("lower",)
-
-
-def test_the_distance_of_a_wide_patch_is_in_its_other_half_side():
-    scene = scene_of(flat(aspect=4.0, size=0.2, distance=10.0))
-    assert scene.lines[2].x[0] == pytest.approx(2.0)
-    assert scene.lines[0].x[-1] == pytest.approx(20.0)
-
-
-def test_planes_are_labelled_by_unusual_parameters():
-    assert flat().label == ""
-    assert flat(nu=0.4999).label == "ν = 0.4999"
-    assert flat(aspect=0.01, distance=1000.0).label == "a/b = 0.01, distance / half-side = 1000"
-    assert {body.material.nu for body in scene_of(flat(nu=0.1)).bodies.values()} == {0.1}
-
-
-def test_points_lie_on_the_outline_of_the_patch():
-    scene = scene_of(on_outline())
-    for line, half_side in zip(scene.lines, (scene.patch.a, scene.patch.b), strict=True):
+        assert np.min(np.abs(np.abs(line.running) - 0.1)) >= engines.DRAWN_AWAY * 0.1
+    wide = scene_of(flat(aspect=4.0, size=0.2, distance=10.0))  # the distance is in its other half-side
+    assert (wide.lines[2].x[0], wide.lines[0].x[-1]) == pytest.approx((2.0, 20.0))
+    outline = scene_of(on_outline())
+    for line, half_side in zip(outline.lines, (outline.patch.a, outline.patch.b), strict=True):
         assert np.min(np.abs(line.running - half_side)) < 1e-15
         assert np.min(np.abs(line.running + half_side)) < 1e-15
         assert line.running[-1] == pytest.approx(5 * half_side)
+
+
+def test_planes_are_labelled_by_unusual_parameters():
+    labels = [case.label for case in (flat(), flat(nu=0.4999), flat(aspect=0.01, distance=1000.0))]
+    assert labels == ["", "ν = 0.4999", "a/b = 0.01, distance / half-side = 1000"]
 
 
 def test_curved_cases_change_the_parameter_of_their_name():
@@ -94,6 +83,7 @@ def test_curved_cases_change_the_parameter_of_their_name():
     assert (wide.compared, stiff.compared) == (("combined",), ("combined",))
     assert [stiff.bodies[b].material.E for b in ("lower", "upper")] == [210e3, 210.0]
     assert {scene.check for scene in (steep, small, huge, wide, stiff)} == {None}
+    assert np.degrees(wide.bodies["upper"].contour.inclination(60.0)) == pytest.approx(25.5)
 
 
 # --- errors and estimates -------------------------------------------------------------------------------
@@ -110,36 +100,28 @@ def plane_with(error, estimate=0.01, component=(N, N)):
     return made("flat", c, estimate=estimate)
 
 
-def compared(results, finer):
-    """The largest error, estimate, and error over estimate."""
+@pytest.mark.parametrize(
+    ("error", "finer", "used"),
+    [
+        *((error, None, 1.2) for error in (0.012, -0.012)),  # C is known to 0.01 of the same scale
+        (0.012, (0.010, 1.0), 0.2),  # the estimate is that of the coarser one
+        (0.012, (0.012, 1.0), 0.0),
+    ],
+)
+def test_errors_are_over_estimates_whatever_their_sign(error, finer, used):
+    results, finer = plane_with(error), finer and plane_with(*finer)
     case = within_limit(flat(), results, finer)
-    return case.error, case.estimate, case.used
-
-
-@pytest.mark.parametrize("sign", [1, -1])
-def test_errors_are_over_estimates_whatever_their_sign(sign):
-    """0.012 of the same scale away where C is known to 0.01: 1.2 estimates."""
-    results = plane_with(sign * 0.012)
-    error, estimate, used = compared(results, None)
-    assert used == pytest.approx(1.2)
-    assert len(list(component_errors(results))) == 3 * 6
-    assert error > 0
-    assert estimate > 0
-
-
-def test_errors_against_a_finer_c_belong_to_the_coarser_one():
-    """It is 0.002 more than that, with another estimate."""
-    coarse, finer = plane_with(0.012), plane_with(0.010, estimate=1.0)
-    assert compared(coarse, finer)[2] == pytest.approx(0.2)
-    assert compared(coarse, coarse)[0] == 0
+    assert case.used == pytest.approx(used, abs=1e-9)
+    assert (case.error > 0) == (used > 0)
+    assert case.estimate > 0
+    assert len(list(component_errors(results, finer))) == 3 * 6
 
 
 def test_estimates_of_vanishing_components_count_as_rounding():
     """C_xn of equal bodies is 0: 5e-11 of the floor 0.05 is 1e-9 of its scale, and there is no estimate."""
-    results = plane_with(5e-11, estimate=0.0, component=(X, N))
-    error, estimate, used = compared(results, None)
-    assert estimate == 0
-    assert used == pytest.approx(error / 1e-9)
+    case = within_limit(flat(), plane_with(5e-11, estimate=0.0, component=(X, N)))
+    assert case.estimate == 0
+    assert case.used == pytest.approx(case.error / 1e-9)
 
 
 @pytest.fixture
@@ -220,6 +202,9 @@ VALUES = {  # of a scene, for the name of a parameter
 @pytest.mark.parametrize(("kind", "rows"), [(HARMONIC, engines._harmonic()), (SOLID, engines._solid())])
 def test_cases_reach_both_ends_of_the_range(kind, rows):
     """The engine takes it all; an end of 0 of a distance and ends at infinity are not tried."""
+    limits = engines.harmonic_limits() if kind == HARMONIC else engines.solid_limits()
+    drawn = ["all of a plane at once"] if kind == HARMONIC else []
+    assert [limit.name for limit in limits] == [*(name for name, *_ in rows), *drawn]
     named = {name: (allowed, within) for name, allowed, within, _ in rows}
     for name, value in VALUES.items():
         allowed, within = named[name]
@@ -230,103 +215,59 @@ def test_cases_reach_both_ends_of_the_range(kind, rows):
         assert np.max(values) == pytest.approx(1e6 if "∞" in allowed else ends[-1])
 
 
-def test_radii_from_equal_to_tenfold_are_tried():
-    cases = dict.fromkeys(f"{over - 1:g}" for over in (1.0, 10.0))
-    tried_by = [{case.label for case in rows()[5][2]} for rows in (engines._harmonic, engines._solid)]
-    assert tried_by == [set(cases), {"9"}]
-    for over in (1.0, 10.0):
-        upper = scene_of(ratio(over)).bodies["upper"].contour
-        assert np.degrees(upper.inclination(60.0)) == pytest.approx(25.5)
-
-
-def test_planes_are_drawn_for_the_harmonic_engine_alone():
-    harmonic, solid = (limits() for limits in (engines.harmonic_limits, engines.solid_limits))
-    assert [row.name for row in harmonic] == [*(row.name for row in solid), "all of a plane at once"]
-
-
 # --- reports ---------------------------------------------------------------------------------------------
 
 
-def test_estimates_that_just_hold_are_honest():
-    reached = WithinLimit("", 0.02, 0.02, 1.0, "A", 1.0)
-    assert reached.honest
-    assert not replace(reached, used=np.nextafter(1, 2)).honest
-    assert replace(reached, estimate=None, used=None).honest
-
-
-def raising(error):
-    def call(_):
-        raise error
-
-    return call
-
-
-def in_place_of(first, second):
-    """A call that raises the second error while it handles the first one."""
+def raising(error, instead_of=None):
+    """A call that raises an error, perhaps while it handles another one."""
 
     def call(_):
         try:
-            raise first
+            raise instead_of or error
         except Failure:
-            raise second  # noqa: B904
+            raise error  # noqa: B904
 
     return call
 
 
-SHORT, PLAIN = PotentialAreaTooSmall(("s < 0",), Loading(2.0)), Failure("it reaches the end")
-STUCK = NotConverged("3e-2")
+SHORT, STUCK = PotentialAreaTooSmall(("s < 0",), Loading(2.0)), NotConverged("3e-2")
+CALLS = {  # a call, whether it fails, and the last line of what it says
+    "taken": (lambda _: 0.3, False, ""),
+    "wrong input": (
+        raising(WrongInput("mine: 1 error(s)\n  lower.nu = 0.6: too")),
+        False,
+        "lower.nu = 0.6: too",
+    ),
+    "failure": (raising(Failure("no: a larger `tolerance`")), True, "no: a larger engine.tolerance"),
+    "not converged": (raising(STUCK), True, "3e-2"),
+    "not converged in place": (raising(STUCK, instead_of=SHORT), True, "3e-2"),
+    "failure in place": (raising(Failure("the end"), instead_of=SHORT), False, "the end"),
+    "failure in place of that": (raising(Failure("the end"), instead_of=STUCK), True, "the end"),
+    "named in place": (raising(SHORT, instead_of=STUCK), False, str(SHORT)),
+}
 
 
-@pytest.mark.parametrize(
-    ("call", "failed"),
-    [
-        (in_place_of(SHORT, PLAIN), False),
-        (in_place_of(SHORT, STUCK), True),
-        (in_place_of(NotConverged("3e-2"), Failure("it reaches the end")), True),
-        (in_place_of(STUCK, SHORT), False),
-        (raising(STUCK), True),
-    ],
-    ids=["in place", "not converged in place", "in place of that", "named in place", "not converged"],
-)
-def test_only_failures_that_a_case_names_are_refusals(call, failed):
+@pytest.mark.parametrize(("call", "failed", "text"), CALLS.values(), ids=CALLS)
+def test_wrong_input_and_failures_that_a_case_names_are_refusals(call, failed, text):
     """A plain failure is of the kind that it was raised in place of."""
     result = refusal("here", call, (PotentialAreaTooSmall,))(None)
-    assert result.failed == failed
-    assert result.says
-
-
-@pytest.mark.parametrize(
-    ("call", "text", "failed"),
-    [
-        (lambda _: 0.3, "", False),
-        (
-            raising(WrongInput("mine: 1 error(s)\n  lower.nu = 0.6: too large")),
-            "lower.nu = 0.6: too large",
-            False,
-        ),
-        (raising(Failure("no: a larger `tolerance`")), "no: a larger engine.tolerance", True),
-        (raising(NotConverged("3e-2")), "3e-2", True),
-    ],
-    ids=["taken", "wrong input", "failure", "not converged"],
-)
-def test_without_names_all_wrong_input_is_a_refusal_by_its_last_line_and_no_failure(call, text, failed):
-    assert refusal("here", call)(None) == BeyondLimit("here", text, failed=failed)
+    assert result == BeyondLimit("here", text, failed=failed)
 
 
 def test_each_case_is_reported_with_its_numbers_and_a_failed_one_has_an_infinite_error():
-    def failing(_):
-        raise Failure("no: a larger `tolerance`")
-
     said = []
-    estimated = WithinLimit("here", 1.2e-3, 2.5e-3, 0.5, "A", 1.26)
-    in_digits = WithinLimit("there", 1e-15, None, None, "", 0.0)
-    cases = (lambda _: estimated, lambda _: in_digits, failing)
+    cases = (
+        lambda _: WithinLimit("here", 1.2e-3, 2.5e-3, 1.0, "A", 1.26),
+        lambda _: WithinLimit("there", 2.5e-3, 2.5e-3, np.nextafter(1, 2), "A", 0.0),
+        lambda _: WithinLimit("in digits", 1e-15, None, None, "", 0.0),
+        raising(Failure("no: a larger `tolerance`")),
+    )
     row = Limit("harmonic", "ν", "0 … 1", cases, (lambda _: BeyondLimit("there", "no"),))
     options = SimpleNamespace(watch=SimpleNamespace(on_stage=said.append))
     (result,) = run_limits([row], options)
     assert said[0] == "  harmonic: ν: here: error 1.2e-03, estimate 2.5e-03, 1.3 s"
-    assert said[1] == "  harmonic: ν: there: error 1.0e-15, 0.0 s"
+    assert said[2] == "  harmonic: ν: in digits: error 1.0e-15, 0.0 s"
+    assert [case["honest"] for case in result["reached"]] == [True, False, True, False]
     failed = result["reached"][-1]
     assert (failed["error"], failed["used"], failed["note"]) == (None, None, "no: a larger engine.tolerance")
-    assert not failed["honest"]
     assert result["beyond"] == [{"at": "there", "says": "no", "computed": False, "failed": False}]

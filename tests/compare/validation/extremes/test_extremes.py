@@ -8,16 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from compare.validation.extremes import analytic, engines
+from compare.validation.extremes import analytic, cases, engines
 from compare.validation.extremes import page as extremes
-from compare.validation.extremes.cases import (
-    HARMONIC,
-    SOLID,
-    BeyondLimit,
-    Limit,
-    WithinLimit,
-    run_limits,
-)
 from compare.validation.extremes.engines import flat, on_outline, within_limit
 from femic.cache.store import Store
 from femic.cli.main import DONE, WRONG_INPUT, exit_code
@@ -28,7 +20,6 @@ from femic.scenes.load import load_scene
 from geometries.patches import Patch
 from tests.compare.conftest import estimated_errors
 from tests.compare.validation.extremes.test_analytic import ROUNDING
-from tests.compare.validation.statements.handmade import with_c, without_c
 
 # --- femic extremes -------------------------------------------------------------------------------------
 
@@ -43,7 +34,7 @@ def of_analytic():
     """The results of all analytic limits, with a tenth of the drawn cases."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(analytic, "DRAWING", settings(analytic.DRAWING, max_examples=15))
-        return list(run_limits(analytic.limits(), DEFAULT))
+        return list(cases.run_limits(analytic.limits(), DEFAULT))
 
 
 def test_analytic_ics_are_right_within_their_limits_and_refuse_what_is_beyond(of_analytic):
@@ -68,7 +59,7 @@ def test_integrals_in_many_digits_are_those_of_the_kernels():
     assert zeros == [False, False, True, True, False]
 
 
-@pytest.mark.parametrize("kind", [HARMONIC, SOLID])
+@pytest.mark.parametrize("kind", [cases.HARMONIC, cases.SOLID])
 def test_cases_beyond_an_engine_are_refused_with_the_field(kind):
     beyond = [case(DEFAULT) for row in extremes.LIMITS[kind]() for case in row.beyond]
     assert len(beyond) == 5
@@ -89,7 +80,7 @@ def test_cases_beyond_an_engine_are_refused_with_the_field(kind):
     ids=["on the outline", "few wavenumbers"],
 )
 def test_estimates_hold_in_cases_that_once_exceeded_them(scene_case, tolerance, options):
-    results = compute(scene_case.scene(HARMONIC, {"tolerance": tolerance}), options)
+    results = compute(scene_case.scene(cases.HARMONIC, {"tolerance": tolerance}), options)
     case = within_limit(scene_case, results)
     assert 0 < case.error < tolerance
     assert case.estimate < tolerance
@@ -101,7 +92,7 @@ def test_a_component_computed_alone_has_an_estimate_that_bounds_its_error(option
     """C_sn once had an error of 1.45 estimates: both meshes happened to err alike in it, not in C_ns."""
     scene_case = flat(nu=0.4999)
     alone = replace(scene_case, changes={**scene_case.changes, "components": ["sn"]})
-    results = compute(alone.scene(HARMONIC, {"tolerance": 0.001}), options)
+    results = compute(alone.scene(cases.HARMONIC, {"tolerance": 0.001}), options)
     c, a = reference_ics(results, "lower"), select_ics(results, "A", "lower")
     for line in results.lines.values():
         error, estimate = np.abs(c.ic - a)[1, 2, line], c.estimate[1, 2, line]
@@ -129,32 +120,15 @@ def test_parts_of_contact_are_run_alone(part, tmp_path, monkeypatch):
 
     def case(options):
         asked.append(options.workers)
-        return WithinLimit("1 N", 0.1, 0.2, 0.5, "Hertz", 1.0)
+        return cases.WithinLimit("1 N", 0.1, 0.2, 0.5, "Hertz", 1.0)
 
     for name in ("contact", "friction"):
-        limit = Limit(name, "load", "", [case], [lambda _: BeyondLimit("-1 N", "loads = -1")])
+        limit = cases.Limit(name, "load", "", [case], [lambda _: cases.BeyondLimit("-1 N", "loads = -1")])
         monkeypatch.setitem(extremes.LIMITS, name, lambda limit=limit: [limit])
     assert exit_code(["extremes", "--of", part, "--workers", "1", "--out", str(tmp_path)]) == DONE
     record = json.loads((tmp_path / "extremes.json").read_text(encoding="utf-8"))
     assert [row["engine"] for row in record["rows"]] == [part]
     assert asked == [1]
-
-
-def test_each_component_is_judged_by_its_own_estimate():
-    """An error within another component's estimate does not count. C is A of one body but for an error."""
-    plane = without_c("flat")
-    plane = replace(plane, scene=replace(plane.scene, compared=("lower",)))
-    results = with_c(plane, lambda of: of.a + 1e-4 * of.a[2, 2], estimate=1e-3)
-    body = results.references["lower"]
-    c = body.c
-    nn = np.zeros((3, 3, 1))
-    nn[2, 2] = 1.0
-    small = replace(c, ic=c.ic + 2 * nn * c.estimate, mesh_error=c.mesh_error + 10 * (1 - nn) * c.mesh_error)
-    changed = replace(results, references={"lower": replace(body, c=small)})
-    assert within_limit(flat(), results).used <= 1
-    case = within_limit(flat(), changed)
-    assert case.error < case.estimate
-    assert case.used > 1
 
 
 @pytest.mark.slow

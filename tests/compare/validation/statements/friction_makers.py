@@ -1,5 +1,6 @@
 """Contacts with friction made by hand, so that a measure of a statement has a given value."""
 
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -104,8 +105,12 @@ def runs(name="rolling", **numbers):
     """Runs whose contacts have these numbers; those of other motions, and of ICs by themselves, have none."""
     makers = {"rolling": rolling, "compression": compression}
 
+    @cache  # statements ask for the same contacts again and again
+    def made(motion, ics):
+        return makers[motion](ics, **(numbers if motion == name else {}))
+
     def friction(motion, changes, *_):
-        return makers[motion](changes["contact"]["ics"], **(numbers if motion == name else {}))
+        return made(motion, tuple(changes["contact"]["ics"]))
 
     return lambda: SimpleNamespace(friction=friction)
 
@@ -115,9 +120,9 @@ def of(chosen, size, others=0.0):
     return lambda _, name: size if name in chosen else 0.0 if name == "C" else others
 
 
-def scaled(chosen, factor):
+def scaled(chosen, size, others=0.0):
     """1 plus that."""
-    return lambda f, name: 1.0 + of(chosen, factor)(f, name)
+    return lambda f, name: 1.0 + of(chosen, size, others)(f, name)
 
 
 def growing(v, base=0.1, one=0.0):
@@ -146,23 +151,24 @@ def exchanged(v):
     return runs(force=lambda f, name, xi: SLOPE * (xi - ZERO) / (f * LOAD) + (v if "+" in name else 0.0))
 
 
-def with_exchange(size):
-    """A size of ICs with an exchanged component."""
-    return lambda _, name: size if "+" in name else 0.0
+def with_exchange(size, one=0.0):
+    """A size of ICs with an exchanged component, on top of `one`."""
+    return lambda _, name: one + (size if "+" in name else 0.0)
 
 
 def softer(number, v, ratio_of_moduli):
     """Distances from C v times as large at this ratio of moduli."""
 
+    @cache
+    def made(ics, frictions, factor):
+        sizes = {"rms": of((), 0.0, factor)} if number == "rms" else {"p_max": scaled((), 0.0, factor)}
+        return rolling(ics, **sizes, frictions=frictions)
+
     def friction(_, changes, *__):
-        contact = changes["contact"]
-        unequal = changes.get("upper", {}).get("E") == moduli(ratio_of_moduli)["upper"]
-        factor = 0.1 * (v if unequal else 1.0)
-        size = {"rms": {"rms": of((), 0.0, factor)}, "p_max": {"p_max": scaled(("A", "B", "Bhat"), factor)}}[
-            number
-        ]
-        frictions = contact.get("friction", FRICTIONS)
-        return rolling(contact["ics"], **size, frictions=frictions)
+        contact, unequal = changes["contact"], moduli(ratio_of_moduli)["upper"]
+        is_unequal = changes.get("upper", {}).get("E") == unequal
+        frictions = tuple(contact.get("friction", FRICTIONS))
+        return made(tuple(contact["ics"]), frictions, 0.1 * (v if is_unequal else 1.0))
 
     return lambda: SimpleNamespace(friction=friction)
 
@@ -180,7 +186,7 @@ MADE = {  # the threshold, and runs for a value
     (34, "restored"): (1 / 3, lambda v: runs(zero=of(FIT, 0.3 * v, 0.3))),
     (34, "close"): (0.10, lambda v: runs(largest=of(FIT, v))),
     (35, "off"): (0.10, lambda v: runs(p_x=scaled(SHIFTED, v))),
-    (35, "restored"): (1 / 3, lambda v: runs(p_x=lambda f, n: 1 + of(FIT, 0.3 * v, 0.3)(f, n))),
+    (35, "restored"): (1 / 3, lambda v: runs(p_x=scaled(FIT, 0.3 * v, 0.3))),
     (35, "close"): (0.10, lambda v: runs(p_x=scaled(FIT, v))),
     (36, "curve"): (1.0, lambda v: runs(rms=growing(v))),
     (36, "p_x"): (1.0, lambda v: runs(p_x=growing(v, one=1.0))),
@@ -189,18 +195,15 @@ MADE = {  # the threshold, and runs for a value
     (37, "smaller"): (1.0, lambda v: runs("compression", p_s=from_low(v))),
     (37, "sliding"): (1.0, lambda v: runs("compression", sliding=from_low(v))),
     (38, "curve"): (0.05, exchanged),
-    (38, "patch"): (0.05, lambda v: runs(p_max=lambda f, n: 1 + with_exchange(v)(f, n))),
+    (38, "patch"): (0.05, lambda v: runs(p_max=with_exchange(v, one=1.0))),
     (38, "tractions"): (0.05, lambda v: runs("compression", p_s=with_exchange(v))),
-    (38, "pressed patch"): (
-        0.05,
-        lambda v: runs("compression", p_max=lambda f, n: 1 + with_exchange(v)(f, n)),
-    ),
+    (38, "pressed patch"): (0.05, lambda v: runs("compression", p_max=with_exchange(v, one=1.0))),
     (39, "curve"): (1.0, lambda v: runs(rms=of(("mix",), 0.1 * v, 0.1))),
-    (39, "p_x"): (1.0, lambda v: runs(p_x=lambda f, n: 1 + of(("mix",), 0.1 * v, 0.1)(f, n))),
-    (39, "pressure"): (1.0, lambda v: runs(p_max=lambda f, n: 1 + of(("mix",), 0.1 * v, 0.1)(f, n))),
+    (39, "p_x"): (1.0, lambda v: runs(p_x=scaled(("mix",), 0.1 * v, 0.1))),
+    (39, "pressure"): (1.0, lambda v: runs(p_max=scaled(("mix",), 0.1 * v, 0.1))),
     (39, "compression"): (1.0, lambda v: runs("compression", p_s=of(("mix",), 0.1 * v, 0.1))),
     (40, "curve"): (1.0, lambda v: runs(rms=of(A_XN, 0.1 * v, 0.1))),
-    (40, "p_x"): (1.0, lambda v: runs(p_x=lambda f, n: 1 + of(A_XN, 0.1 * v, 0.1)(f, n))),
+    (40, "p_x"): (1.0, lambda v: runs(p_x=scaled(A_XN, 0.1 * v, 0.1))),
     (41, "convex curve"): (1.0, lambda v: softer("rms", v, CONVEX)),
     (41, "concave curve"): (1.0, lambda v: softer("rms", v, CONCAVE)),
     (41, "convex pressure"): (1.0, lambda v: softer("p_max", v, CONVEX)),

@@ -21,8 +21,8 @@ STIFF, SOFT = 630e3, 70e3
 
 
 @dataclass(frozen=True)
-class Of:
-    """What a hand-made C may be made of: a geometry, a body, its approximations [mm/N], and the points."""
+class ApproximatedBody:
+    """What a hand-made C may be made of: a body of a geometry, its approximations [mm/N], and the points."""
 
     name: str
     body: str
@@ -63,7 +63,7 @@ class Of:
         return scale * np.exp(-(self.points.x**2 + self.points.s**2) / 30)
 
 
-Made = Callable[[Of], np.ndarray]
+Made = Callable[[ApproximatedBody], np.ndarray]
 
 
 @cache
@@ -82,7 +82,7 @@ def with_c(results: Results, c: Made, *, estimate: float = 0.0, rotation: dict |
     """The same with a C; `estimate` as a share of the largest A_nn, `rotation` by body."""
     references = {}
     for body in (CONVEX, CONCAVE):
-        of = Of(results.scene.name, body, results)
+        of = ApproximatedBody(results.scene.name, body, results)
         ic = c(of)
         known = np.full_like(ic, estimate * np.max(of.a[N, N]))
         zero = np.zeros_like(ic)
@@ -142,11 +142,11 @@ def between(first: str, second: str, share: float) -> Made:
     return lambda of: of.by(first) + share * (of.by(second) - of.by(first))
 
 
-def by_body(convex: float, concave: float) -> Callable[[Of], float]:
+def by_body(convex: float, concave: float) -> Callable[[ApproximatedBody], float]:
     return lambda of: convex if of.body == CONVEX else concave
 
 
-def by_geometry(first: float, second: float) -> Callable[[Of], float]:
+def by_geometry(first: float, second: float) -> Callable[[ApproximatedBody], float]:
     return lambda of: first if of.name == GEOMETRIES[0] else second
 
 

@@ -26,7 +26,7 @@ BY_FE, LOAD = 10.0, 50.0  # each of their numbers; load of contacts [N]
 NN, SS, XX, XS, XN, SN = (N, N), (S, S), (X, X), (X, S), (X, N), (S, N)
 
 
-def of(c, **named):
+def runs_with(c, **named):
     """Runs with this C, made when they are needed."""
     return lambda: runs_of(c, **named)
 
@@ -38,12 +38,16 @@ def bumps(convex, concave):
 
 def fitted(factor):
     """C is B-hat-prime times a factor, the same on both bodies."""
-    return of(lambda of: of.half_by("Bhat_prime") * (factor(of) if callable(factor) else factor), fitted=True)
+    return runs_with(
+        lambda of: of.half_by("Bhat_prime") * (factor(of) if callable(factor) else factor), fitted=True
+    )
 
 
 def near_fit(share):
     """C from B-hat-prime to B-hat."""
-    return of(lambda of: of.half_by("Bhat_prime") * (1 - share) + of.half_by("Bhat") * share, fitted=True)
+    return runs_with(
+        lambda of: of.half_by("Bhat_prime") * (1 - share) + of.half_by("Bhat") * share, fitted=True
+    )
 
 
 def everywhere(size):
@@ -110,7 +114,7 @@ def off_half_space(share):
 
 def turned(convex, concave):
     """Discounted rotations."""
-    return of(lambda of: of.a, rotation={CONVEX: convex, CONCAVE: concave})
+    return runs_with(lambda of: of.a, rotation={CONVEX: convex, CONCAVE: concave})
 
 
 def engines(apart):

@@ -8,12 +8,43 @@ import xarray as xr
 
 from compare.validation.statements.frame import Estimated
 from compare.validation.statements.normal_contacts import NAMES, OF_HERTZ, SOURCE_ANGLES, TALL, WIDE
+from compare.validation.statements.runs import Runs
+from femic.contact.operators.dense import Asymmetry
+from femic.contact.pairs.ics import ReferenceICs
 from femic.contact.patch import Extent
 from femic.results.finite_elements import FE
+from femic.scenes.load import load_scene
 
 WITH_C, KNOWN = 10.0, 0.004  # each number with C; the estimate of each error and share of an angle
 N_X, N_S, DX, DS = 16, 12, 0.5, 0.2  # a grid whose inner N_X - 8 times N_S - 6 elements are in contact
 BY_FE = 0.003  # estimate of approaches by finite elements, of these
+
+
+class Sum:
+    """A sum of operators, each times a factor."""
+
+    def __init__(self, *parts):
+        self.parts = parts
+
+    def __call__(self, tractions):
+        return sum(factor * operator(tractions) for factor, operator in self.parts)
+
+    def coarsened(self):
+        return Sum(*((factor, operator.coarsened()) for factor, operator in self.parts))
+
+
+def made_c(_, on_grid, __):
+    """A little beyond B-hat, as seen from A, and 1 % softer with its estimated error."""
+    parts = (1.2, on_grid.operator("Bhat")), (-0.2, on_grid.operator("A"))
+    softer = Sum(*((1.01 * factor, operator) for factor, operator in parts))
+    return ReferenceICs(Sum(*parts), softer, 0.01, Asymmetry(0.0, "nn"), 1.0, 0.0)
+
+
+class CoarseSeries(Runs):
+    """Contacts under any load on few elements."""
+
+    def _contact_scene(self, name):
+        return load_scene(name, {"contact": {"elements": 8}})
 
 
 @dataclass

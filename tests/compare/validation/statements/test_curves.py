@@ -1,11 +1,12 @@
 """Components along lines, their errors and panels, on hand-made curves; cases of criteria."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from compare.validation.statements import curves
 from compare.validation.statements.curves import ACROSS, CONCAVE, CONVEX, THROUGH, Curve, find_line
-from compare.validation.statements.frame import Criterion
 from compare.validation.statements.runs import GEOMETRIES
 from geometries.patches import N, X
 from tests.compare.validation.statements.handmade import Runs, made, times, with_c, without_c
@@ -67,26 +68,6 @@ def test_without_curvature_along_x_a_wheel_is_its_section():
     np.testing.assert_allclose(both, sum(parts), rtol=0, atol=1e-15 * np.max(both))
 
 
-def test_closeness_to_a_threshold_is_a_share_of_it():
-    """0.002 of it; of 1 where it is 0."""
-    for threshold, close, apart in (
-        (0.0, (0.0019,), (0.0021,)),
-        (0.5, (0.4991, 0.5009), (0.4989, 0.5011)),
-        (1e-12, (), (1e-15,)),
-    ):
-        criterion = Criterion("", "", "<", threshold, dict)
-        assert all(map(criterion.close, close))
-        assert not any(map(criterion.close, apart))
-
-
-def test_numbers_are_measured_without_a_fit_by_default():
-    class Runs:
-        geometry, fitted = staticmethod(lambda _: "plain"), staticmethod(lambda _: "fitted")
-
-    assert set(curves.per_geometry(lambda results: results)(Runs).values()) == {"plain"}
-    assert set(curves.per_geometry(lambda results: results, fitted=True)(Runs).values()) == {"fitted"}
-
-
 # --- places, units, cases -------------------------------------------------------------------------------
 
 
@@ -145,8 +126,8 @@ def test_cases_are_named_by_geometry_body_and_component():
     assert len(of_components) == 12
     assert of_components["geometry2, upper, sn"] == 12.2
     assert curves.second_minus_first(lambda results: results**2)(runs) == {"both": 99.0}
-
-
-def test_panels_of_both_geometries_stand_side_by_side():
-    panels = curves.side_by_side(lambda results: [results, -results])(Runs({FIRST: 1, SECOND: 2}))
-    assert panels == [1, 2, -1, -2]
+    assert curves.side_by_side(lambda results: [results, -results])(runs) == [1, 10, -1, -10]
+    plain_and_fitted = SimpleNamespace(geometry=lambda _: "plain", fitted=lambda _: "fitted")
+    for by_fit, kind in ({}, "plain"), ({"fitted": True}, "fitted"):
+        measure = curves.per_geometry(lambda results: results, **by_fit)
+        assert set(measure(plain_and_fitted).values()) == {kind}

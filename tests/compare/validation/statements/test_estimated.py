@@ -56,12 +56,22 @@ def test_thresholds_themselves_are_not_met():
     assert LARGE.met(np.nextafter(1.0, 2))
 
 
-def test_a_case_is_open_up_to_its_estimate():
-    assert SMALL.close(Estimated(0.12, 0.0201))
-    assert not SMALL.close(Estimated(0.12, 0.0199))
-    assert SMALL.close(Estimated(0.08, -0.0201))  # estimates have no sign
-    assert not SMALL.close(Estimated(np.inf, 1.0))
-    assert not SMALL.close(Estimated(np.nan, 1.0))
+@pytest.mark.parametrize(
+    ("threshold", "value", "is_close"),
+    [
+        *((0.0, value, close) for value, close in ((0.0019, True), (0.0021, False))),  # 0.002 of 1
+        *((0.5, value, True) for value in (0.4991, 0.5009)),  # 0.002 of the threshold
+        *((0.5, value, False) for value in (0.4989, 0.5011)),
+        (1e-12, 1e-15, False),
+        (0.1, Estimated(0.12, 0.0201), True),  # up to its estimate, which has no sign
+        (0.1, Estimated(0.12, 0.0199), False),
+        (0.1, Estimated(0.08, -0.0201), True),
+        (0.1, Estimated(np.inf, 1.0), False),
+        (0.1, Estimated(np.nan, 1.0), False),
+    ],
+)
+def test_a_case_close_to_its_threshold_is_open(threshold, value, is_close):
+    assert Criterion("", "", "<", threshold, dict).close(value) is is_close
 
 
 def test_results_have_the_estimates():
@@ -116,18 +126,18 @@ def test_numbers_on_contact_are_known_to_the_estimates_of_their_contacts(number,
     assert max(map(estimated_error, values.values())) == pytest.approx(estimate, rel=0.05)
 
 
-MISSED = {  # values that are missed for certain, and values that nobody can tell
+FOR_CERTAIN = {  # values that are missed for certain, and values that nobody can tell
     (27, "tall minus wide"): (-0.04, -0.001),
     (29, "better"): (2.0, 1.001),
     (39, "curve"): (2.0, 1.001),
 }
 
 
-@pytest.mark.parametrize(("number", "name"), MISSED)
+@pytest.mark.parametrize(("number", "name"), FOR_CERTAIN)
 def test_a_criterion_on_contact_can_be_missed_for_certain(number, name):
     _, made = (EXACT | friction_makers.MADE)[number, name]
     criterion = CRITERIA[number, name]
-    for is_open, value in enumerate(MISSED[number, name]):
+    for is_open, value in enumerate(FOR_CERTAIN[number, name]):
         values = criterion.measure(made(value)()).values()
         assert not any(map(criterion.met, values))
         assert set(map(criterion.close, values)) == {bool(is_open)}

@@ -7,7 +7,6 @@ import pytest
 
 from compare.validation.statements import contact_series, finite_elements, normal_contacts
 from compare.validation.statements.contact_series import LOAD_SHARE, ContactSeries
-from compare.validation.statements.frame import below
 from compare.validation.statements.normal_contacts import (
     KURTOSIS_OF_HERTZ,
     OF_HERTZ,
@@ -18,58 +17,27 @@ from compare.validation.statements.normal_contacts import (
     peakedness,
 )
 from compare.validation.statements.page import STATEMENTS
-from compare.validation.statements.runs import Runs
-from femic.contact import undeformed
-from femic.contact.operators.dense import Asymmetry
-from femic.contact.pairs import pair_on_grid
-from femic.contact.pairs.ics import ReferenceICs
 from femic.reference.run_options import RunOptions
-from femic.scenes.load import load_scene
 from geometries.errors import Failure
 from tests.compare.validation.statements.normal_makers import (
     DS,
     DX,
     N_S,
     N_X,
+    CoarseSeries,
     approaches,
     contact_of,
+    made_c,
     raised,
     spread,
 )
-
-ELEMENTS = 8
-
-
-class Sum:
-    """A sum of operators, each times a factor."""
-
-    def __init__(self, *parts):
-        self.parts = parts
-
-    def __call__(self, tractions):
-        return sum(factor * operator(tractions) for factor, operator in self.parts)
-
-    def coarsened(self):
-        return Sum(*((factor, operator.coarsened()) for factor, operator in self.parts))
-
-
-def made_c(_, on_grid, __):
-    """A little beyond B-hat, as seen from A, and 1 % softer with its estimated error."""
-    parts = (1.2, on_grid.operator("Bhat")), (-0.2, on_grid.operator("A"))
-    softer = Sum(*((1.01 * factor, operator) for factor, operator in parts))
-    return ReferenceICs(Sum(*parts), softer, 0.01, Asymmetry(0.0, "nn"), 1.0, 0.0)
-
-
-class Coarse(Runs):
-    def _contact_scene(self, name):
-        return load_scene(name, {"contact": {"elements": ELEMENTS}})
 
 
 @pytest.fixture(scope="module")
 def series():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(contact_series, "normal_reference_ics", made_c)
-        made = Coarse(RunOptions(1), 0.01).contact_series(TALL)
+        made = CoarseSeries(RunOptions(1), 0.01).contact_series(TALL)
         assert made.grids
         yield made
 
@@ -216,64 +184,3 @@ def test_statements_have_numbers_panels_and_details(number, series, monkeypatch)
     assert panels
     assert all(np.isfinite(curve.y).all() for panel in panels for curve in panel.curves)
     assert all(isinstance(value, float) for value in statement.details(runs).values())
-
-
-# --- mutations ------------------------------------------------------------------------------------------
-
-RIGHT_SECTION = undeformed.Undeformed.upper_section
-RIGHT_OPERATOR = pair_on_grid.PairOnGrid.operator
-RIGHT_DISTANCE = pair_on_grid.PairOnGrid.distance_at
-
-
-def half_as_curved(self, x, t):
-    """The wheel with half of its curvature along x."""
-    return RIGHT_SECTION(self, x / np.sqrt(2), t)
-
-
-def a_stiffer(self, variant):
-    operator = RIGHT_OPERATOR(self, variant)
-    return Sum((0.9, operator)) if variant == "A" else operator
-
-
-def exchanged(self, variant):
-    """B-hat where B should be, and the other way round."""
-    return RIGHT_OPERATOR(self, {"B": "Bhat", "Bhat": "B"}.get(variant, variant))
-
-
-def no_cosine(self):
-    return np.ones(self.grid.n_s)
-
-
-def doubled(self, approach):
-    return 2 * RIGHT_DISTANCE(self, approach)
-
-
-BETTER = below(1.0, "better", "", normal_contacts.bhat_over_b([(TALL, "p_max"), (TALL, "b")]))
-(ANGLES,) = STATEMENTS[30].criteria
-FROM_PRESSURES = STATEMENTS[26].criteria[0]
-MUTATIONS = {  # what is wrong, and the criterion of which some case must change
-    "A a tenth too stiff": ((pair_on_grid.PairOnGrid, "operator", a_stiffer), FROM_PRESSURES),
-    "B and B-hat exchanged": ((pair_on_grid.PairOnGrid, "operator", exchanged), BETTER),
-    "no cosine of the approach": ((pair_on_grid.PairOnGrid, "cosine", property(no_cosine)), ANGLES),
-    "distance doubled": ((pair_on_grid.PairOnGrid, "distance_at", doubled), ANGLES),
-    "half the curvature of the wheel": ((undeformed.Undeformed, "upper_section", half_as_curved), ANGLES),
-}
-
-
-def of_tall(monkeypatch, criterion):
-    """Return whether a criterion is met on `tall` alone, by case, with C as it is made here."""
-    with monkeypatch.context() as patch:
-        patch.setattr(contact_series, "normal_reference_ics", made_c)
-        patch.setattr(normal_contacts, "PAIRS", (TALL,))
-        patch.setattr(normal_contacts, "SOURCE_ANGLES", {TALL: normal_contacts.SOURCE_ANGLES[TALL]})
-        values = criterion.measure(Coarse(RunOptions(1), 0.01))
-        return {case: criterion.met(value) for case, value in values.items()}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("mutation", MUTATIONS)
-def test_wrong_signs_and_factors_of_contact_change_what_is_met(mutation, monkeypatch):
-    change, criterion = MUTATIONS[mutation]
-    right = of_tall(monkeypatch, criterion)
-    monkeypatch.setattr(*change)
-    assert of_tall(monkeypatch, criterion) != right

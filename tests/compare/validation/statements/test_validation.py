@@ -7,17 +7,12 @@ import pytest
 
 from approx import forms
 from approx.effective import EffectiveProperties, Transition
-from approx.forms import Rotation, rotation_between
+from approx.forms import Rotation
 from compare.report.charts import simple_chart
 from compare.report.interactive import as_json
 from compare.validation.statements import page as verdicts
 from compare.validation.statements.direct_components import nn_error
-from compare.validation.statements.frame import (
-    NOT_DECIDED,
-    REPRODUCED,
-    Criterion,
-    Statement,
-)
+from compare.validation.statements.frame import NOT_DECIDED, REPRODUCED, Criterion, Statement
 from compare.validation.statements.page import STATEMENTS, assess
 from compare.validation.statements.runs import GEOMETRIES, Runs
 from femic.cache.store import Store
@@ -26,7 +21,7 @@ from femic.reference import result
 from femic.reference.harmonic import engine as harmonic_engine
 from femic.reference.run_options import RunOptions
 from geometries.errors import Failure
-from tests.compare.validation.statements.mutations import CRITERIA, quick_and_slow
+from tests.compare.validation.statements.mutations import cases_met, changed, quick_and_slow
 
 NEED_MORE = (8, 11, 14, 15, *range(21, 49))  # statements on other runs than those of both geometries
 OF_GEOMETRIES = tuple(number for number in STATEMENTS if number not in NEED_MORE)
@@ -86,63 +81,59 @@ def test_every_criterion_is_measured_in_some_case(runs):
 # --- from the code to verdicts --------------------------------------------------------------------------
 
 
-def factor(entry, by):
+def a_times(entry, by):
     """A, as approximations see it, with one component and its reciprocal wrong by a factor."""
-    right = forms.Ingredients.a.func
 
-    def wrong(self):
+    def change(right, self):
         a = right(self).copy()
         for at in {entry, entry[::-1]}:
             a[at] *= by
         return a
 
-    return forms.Ingredients, "a", property(wrong)
-
-
-def backwards(*arguments):
-    """Rotations in the wrong direction."""
-    quaternion = rotation_between(*arguments).quaternion.copy()
-    quaternion[1:] *= -1
-    return Rotation(quaternion)
+    return changed(forms.Ingredients, "a", change)
 
 
 def c_times(entry, by):
     """C with one component wrong by a factor."""
 
-    def wrong(*arguments):
-        ic, raw, m = DISCOUNTED(*arguments)
+    def change(right, *arguments):
+        ic, raw, m = right(*arguments)
         ic = ic.copy()
         ic[entry] *= by
         return ic, raw, m
 
-    return result, "discounted", wrong
+    return changed(result, "discounted", change)
 
 
-def not_discounted(*arguments):
-    _, raw, m = DISCOUNTED(*arguments)
+def backwards(right, *arguments):
+    """Rotations in the wrong direction."""
+    quaternion = right(*arguments).quaternion.copy()
+    quaternion[1:] *= -1
+    return Rotation(quaternion)
+
+
+def not_discounted(right, *arguments):
+    _, raw, m = right(*arguments)
     return raw, raw, m
 
 
-DISCOUNTED = result.discounted
 MUTATIONS = {  # what is wrong, and some of the criteria that must say so
-    "A_xx too large": (factor((0, 0), 1.2), {(2, "A"), (17, "xx"), (18, "at the load")}),
-    "sign of A_xn": (factor((0, 2), -1), {(6, "in B"), (6, "in B̂"), (18, "at the load")}),
-    "sign of A_sn": (factor((1, 2), -1), {(5, "add"), (9, "convex"), (9, "concave")}),
-    "direction of rotations": ((forms, "rotation_between", backwards), {(6, "in B"), (9, "B"), (9, "arc")}),
+    "A_xx too large": (a_times((0, 0), 1.2), {(2, "A"), (17, "xx"), (18, "at the load")}),
+    "sign of A_xn": (a_times((0, 2), -1), {(6, "in B"), (6, "in B̂"), (18, "at the load")}),
+    "sign of A_sn": (a_times((1, 2), -1), {(5, "add"), (9, "convex"), (9, "concave")}),
+    "direction of rotations": (
+        changed(forms, "rotation_between", backwards),
+        {(6, "in B"), (9, "B"), (9, "arc")},
+    ),
     "sign of C_xn": (c_times((0, 2), -1), {(5, "add"), (7, "too large"), (18, "at the load")}),
     "sign of C_sn": (c_times((1, 2), -1), {(9, "convex"), (9, "concave"), (9, "arc")}),
     "C_nn too large": (c_times((2, 2), 1.1), {(18, "at the load")}),
     "no rigid-body discount": (
-        (result, "discounted", not_discounted),
+        changed(result, "discounted", not_discounted),
         {(3, "other way"), (5, "cancel"), (18, "at the load")},
     ),
 }
 QUICK = ("direction of rotations", "sign of C_xn")
-
-
-def cases_met(runs, key):
-    """Whether a criterion is met, by case."""
-    return {case: CRITERIA[key].met(value) for case, value in CRITERIA[key].measure(runs).items()}
 
 
 @pytest.mark.parametrize("mutation", quick_and_slow(MUTATIONS, QUICK))

@@ -1,15 +1,13 @@
-"""The fields of a campaign's dataset: errors, contacts with and without friction."""
-
-import json
+"""The fields of a campaign's dataset over its axes: errors, contacts with and without friction, stresses."""
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from compare.campaigns.report.fields import COLUMN, ROW, find_fields, prepare
+from compare.campaigns.report.fields import COLUMN, ROW, ShownAxis, find_fields, prepare
 from compare.campaigns.report.page import write_sweep
 from compare.campaigns.report.tables import answer_table, worst_table
-from tests.compare.campaigns.report.datasets import ESTIMATE, error
+from tests.compare.campaigns.report.datasets import ESTIMATE, FLANKS, error, keeping
 
 
 def test_field_has_the_largest_combined_error_over_lines(grid):
@@ -29,11 +27,8 @@ def test_contacts_are_compared_with_the_contact_with_c(curve):
     )
     numbers[:, 1, 0] *= np.linspace(1.0, 0.7, 7)  # of the second case, by A
     by = ("flank", "case", "ics")
-    kept = curve.drop_vars(["error", "vanishes"]).assign(
-        p_max=(by, 100 * numbers), estimate_p_max=(by, numbers)
-    )
-    kept = kept.assign_coords(ics=["A", "Bhat", "C"]).assign_attrs(keep=json.dumps(["contact"]))
-    off, reference = find_fields(kept)
+    values = {"p_max": (by, 100 * numbers), "estimate_p_max": (by, numbers)}
+    off, reference = find_fields(keeping(curve, "contact", values, ics=["A", "Bhat", "C"]))
     assert (off.kind, off.rows, off.columns) == ("deviation", ["A", "Bhat"], ["p_max"])
     of_a = 1.1 * np.linspace(1.0, 0.7, 7) - 1
     np.testing.assert_allclose(off.values.sel({ROW: "A"})[0], np.where(-of_a > 0.1, of_a, 0.1))
@@ -42,23 +37,13 @@ def test_contacts_are_compared_with_the_contact_with_c(curve):
     np.testing.assert_allclose(reference.values, 200.0)
 
 
-def of_friction(curve, **numbers):
-    """A campaign of contacts with friction: numbers over the flanks, one friction, ICs and two creepages."""
-    by = ("flank", "friction", "ics", "xi")
-    kept = curve.drop_vars(["error", "vanishes"]).assign(
-        {name: (by, np.broadcast_to(values, (7, 1, 2, 2)).copy()) for name, values in numbers.items()}
-    )
-    kept = kept.assign_coords(ics=["A", "Bhat"], friction=[0.3], xi=[0.0, 0.01])
-    return kept.assign_attrs(keep=json.dumps(["contact"]))
-
-
 def test_shares_of_contacts_with_friction_are_compared_as_differences(curve, tmp_path):
-    sliding = np.array([[0.2, 0.9], [0.5, 1.0]])  # by ICs and creepage
-    kept = of_friction(curve, p_max=np.array([[110.0], [100.0]]), sliding_share=sliding)
-    kept = kept.assign(
-        largest_of_curve=(("flank", "friction", "ics"), np.broadcast_to([0.07, 0.0], (7, 1, 2)).copy())
-    )
-    kept = kept.assign(estimate_p_max=xr.full_like(kept.p_max, 3.0))
+    """At seven flanks, one friction, by A and B-hat, at two creepages."""
+    by = ("flank", "friction", "ics", "xi")
+    numbers = {"p_max": [[110.0], [100.0]], "estimate_p_max": 3.0, "sliding_share": [[0.2, 0.9], [0.5, 1.0]]}
+    values = {name: (by, np.broadcast_to(value, (7, 1, 2, 2)).copy()) for name, value in numbers.items()}
+    values["largest_of_curve"] = by[:3], np.broadcast_to([0.07, 0.0], (7, 1, 2)).copy()
+    kept = keeping(curve, "contact", values, ics=["A", "Bhat"], friction=[0.3], xi=[0.0, 0.01])
     off, reference = find_fields(kept)
     assert (off.rows, off.columns) == (["A"], ["p_max", "F_x(ξ)", "sliding"])
     np.testing.assert_allclose(off.values.sel({ROW: "A"}).isel(flank=0), [0.1, 0.07, -0.3])
@@ -85,23 +70,17 @@ def test_ics_that_differ_between_scenes_are_named_after_their_places(curve):
     np.testing.assert_allclose(field.floor.sel({COLUMN: "sn"}), ESTIMATE)
 
 
-def of_stresses(curve, **numbers):
-    """A campaign of stresses: numbers over the flanks, which have to be given for the upper body alone."""
-    flat = curve.drop_vars(["error", "vanishes"])
-    kept = flat.assign({name: ("flank", np.broadcast_to(value, 7).copy()) for name, value in numbers.items()})
-    return kept.assign_attrs(keep=json.dumps(["stresses"]))
-
-
 def test_half_spaces_are_compared_with_true_bodies(curve, tmp_path):
     """Off by a share of flank / 200: 5 % is exceeded from 10 on."""
-    kept = of_stresses(
-        curve,
-        mises_upper=1000.0,
-        half_space_mises_upper=1000.0 * (1 - curve.flank.values / 200),
-        estimate_mises_upper=10.0,
-        dang_van_upper=400.0,
-        half_space_dang_van_upper=404.0,
-    )
+    numbers = {
+        "mises_upper": 1000.0,
+        "half_space_mises_upper": 1000.0 * (1 - curve.flank.values / 200),
+        "estimate_mises_upper": 10.0,
+        "dang_van_upper": 400.0,
+        "half_space_dang_van_upper": 404.0,
+    }
+    values = {name: ("flank", np.broadcast_to(value, 7).copy()) for name, value in numbers.items()}
+    kept = keeping(curve, "stresses", values)
     off, true = find_fields(kept)
     columns = ["σ_Mises, upper body", "τ_DV, upper body"]
     assert (off.kind, off.rows, off.columns) == ("deviation", ["half-space"], columns)
@@ -118,9 +97,31 @@ def test_half_spaces_are_compared_with_true_bodies(curve, tmp_path):
 
 
 def test_wear_is_compared_between_ics(curve):
-    kept = of_stresses(curve).assign_coords(ics=["A", "C"])
-    kept = kept.assign(t_gamma=(("flank", "ics"), np.broadcast_to([113.0, 100.0], (7, 2)).copy()))
-    off, reference = find_fields(kept)
+    t_gamma = ("flank", "ics"), np.broadcast_to([113.0, 100.0], (7, 2)).copy()
+    off, reference = find_fields(keeping(curve, "stresses", {"t_gamma": t_gamma}, ics=["A", "C"]))
     assert (off.rows, off.columns) == (["A"], ["Tγ"])
     np.testing.assert_allclose(off.values, 0.13)
     np.testing.assert_allclose(reference.values, 100.0)
+
+
+def test_values_are_sorted(grid):
+    mixed = prepare(grid.isel(flank=[3, 0, 6, 1, 2, 5, 4], ratio=[2, 0, 1]))
+    xr.testing.assert_identical(mixed, grid)
+
+
+def test_values_spread_over_powers_have_a_logarithmic_axis():
+    assert ShownAxis("E", "E", np.geomspace(1e3, 1e6, 7)).is_logarithmic
+    assert not ShownAxis("E", "E", np.linspace(1e3, 1e6, 7)).is_logarithmic
+    assert not ShownAxis("flank", "flank", FLANKS).is_logarithmic
+    assert ShownAxis("P", "P", np.geomspace(1e4, 1e5, 4), "logarithmic").is_logarithmic
+
+
+def test_lists_are_shown_without_quotes():
+    assert ShownAxis("ics", "ics", np.array(["['A', 'C']", "['C']"])).categories == ["[A, C]", "C"]
+
+
+def test_axes_have_short_labels_and_say_what_their_names_mean():
+    flank = ShownAxis("flank", "inclination of the flanks [deg]", FLANKS, unit="deg")
+    assert (flank.label, flank.meaning) == ("flank [deg]", "flank: inclination of the flanks [deg]")
+    plain = ShownAxis("E", "E [MPa]", FLANKS, unit="MPa")
+    assert (plain.label, plain.meaning) == ("E [MPa]", "E [MPa]")
