@@ -133,9 +133,7 @@ KNOWN = 0.003  # tolerance with which the difference of the wheels is known
 
 
 @pytest.mark.slow
-def test_c_of_the_elliptic_wheel_differs_from_the_arc_by_a_quarter_percent(
-    tmp_path,
-):
+def test_c_of_the_elliptic_wheel_differs_from_the_arc_by_a_quarter_percent(tmp_path):
     result = script("elliptic_wheel").main(out=tmp_path, tolerance=KNOWN)
     assert 0.002 < float(result.difference.max()) < 0.0025
     assert np.all(result.difference.sel(component=["xn", "nn"]) < 0.0008)

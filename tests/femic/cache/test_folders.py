@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -70,18 +71,17 @@ def test_run_does_not_remove_unfinished_files_of_runs_in_subfolders(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("path_in_the_way", "text"),
+    ("file_or_folder", "text"),
     [
         ("a", "is a file; name a folder"),
         ("a/figures", "figures in it is a file"),
         ("a/contact.nc/", "contact.nc in it is a folder"),
     ],
 )
-def test_obstacles_are_reported_before_any_work(tmp_path, path_in_the_way, text):
-    path = tmp_path / path_in_the_way
-    (path if path_in_the_way.endswith("/") else path.parent).mkdir(parents=True, exist_ok=True)
-    if not path_in_the_way.endswith("/"):
-        path.touch()
+def test_obstacles_are_reported_before_any_work(tmp_path, file_or_folder, text):
+    path = tmp_path / file_or_folder
+    path.parent.mkdir(exist_ok=True)
+    path.mkdir() if file_or_folder.endswith("/") else path.touch()
     with pytest.raises(WrongInput, match=text):
         require_usable(tmp_path / "a")
 
@@ -96,10 +96,7 @@ def test_unwritable_folder_is_reported_before_any_work(where):
 
 
 def test_a_file_system_without_locks_is_told(tmp_path, monkeypatch):
-    def none(*_args, **_named):
-        raise NotImplementedError("no flock")
-
-    monkeypatch.setattr(folders.FileLock, "acquire", none)
+    monkeypatch.setattr(folders.FileLock, "acquire", Mock(side_effect=NotImplementedError("no flock")))
     with pytest.raises(WrongInput, match=r"nothing can be written there \(no flock\)"):
         require_usable(tmp_path)
 

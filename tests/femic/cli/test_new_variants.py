@@ -28,13 +28,10 @@ def scene(tmp_path):
     """Write a scene with a wheel that is a little wider than the rail; returns its path."""
 
     def written(motion):
+        lower, upper = scene_text(FEW, engine=HARMONIC).split("[upper]\n")
+        wheel = f"[upper]\nrolling_radius = 300.0\n{upper}".replace("radius = 10.0", "radius = 11.0")
         path = tmp_path / "mine.toml"
-        lower, upper = scene_text(FEW, engine=HARMONIC).split("[upper]")
-        wheel = upper.replace("radius = 10.0", "radius = 11.0").replace(
-            "nu =", "rolling_radius = 300.0\nnu ="
-        )
-        contact = CONTACT.format(motion=motion)
-        path.write_text(f"{lower}[upper]{wheel}{contact}", encoding="utf-8")
+        path.write_text(lower + wheel + CONTACT.format(motion=motion), encoding="utf-8")
         return str(path)
 
     return written
@@ -73,11 +70,11 @@ def test_contact_is_solved_with_new_variants(motion, scene, tmp_path, monkeypatc
 
 
 def test_new_variants_are_listed_and_unknown_names_refused(scene, tmp_path, monkeypatch, capsys):
-    assert exit_code(["run", scene("none"), "--out", str(tmp_path / "out")]) == WRONG_INPUT
-    assert "variants.1 = 'Btilde': Input should be 'A', 'B', 'Bbar'" in " ".join(
-        capsys.readouterr().err.split()
-    )
-    assert exit_code(["contact", "flat", "--ics", "Bfaded", "--out", str(tmp_path / "out")]) == WRONG_INPUT
-    assert "variant = 'Bfaded': one of A, B" in " ".join(capsys.readouterr().err.split())
+    for command, message in (
+        (["run", scene("none")], "variants.1 = 'Btilde': Input should be 'A', 'B', 'Bbar'"),
+        (["contact", "flat", "--ics", "Bfaded"], "variant = 'Bfaded': one of A, B"),
+    ):
+        assert exit_code([*command, "--out", str(tmp_path / "out")]) == WRONG_INPUT
+        assert message in " ".join(capsys.readouterr().err.split())
     register(monkeypatch)
     assert '"Btilde", "Btilde_prime", "Bfaded"' in listing("flat")

@@ -1,5 +1,7 @@
 """An engine that is only registered: every command that takes a scene works with it or says why not."""
 
+from unittest.mock import Mock
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -10,13 +12,7 @@ from geometries.errors import Failure
 from tests.compare.conftest import scene_text
 from tests.femic.reference.closed_engine import CLOSED
 
-LINES = """
-[[lines]]
-along = "x"
-s = 1.6
-reach = 6.0
-points = 9
-"""
+LINES = '[[lines]]\nalong = "x"\ns = 1.6\nreach = 6.0\npoints = 9\n'
 OTHERS = "[grid]\nn_x = 4\nn_s = 3\n[contact]\nloads = [100.0]\nelements = 8\n"
 NO_MATRICES = "engine.kind = 'closed': has no C on a grid, as matrices and contact need it: use engine.kind"
 
@@ -26,13 +22,11 @@ def femic(tmp_path, monkeypatch, capsys):
     """Run a command on a small scene with the engine: its exit code, and all that it has printed."""
     monkeypatch.setitem(ENGINES, "closed", CLOSED)
     monkeypatch.chdir(tmp_path)
-    engine = f'[engine]\nkind = "closed"\n{OTHERS}'
+    text = scene_text('components = ["nn", "xn"]', lines=LINES, engine=f'[engine]\nkind = "closed"\n{OTHERS}')
+    lower, upper = text.replace("b = 0.2", "b = 0.5").split("[upper]\n")
     scene = tmp_path / "mine.toml"
-    text = scene_text('components = ["nn", "xn"]\n', lines=LINES, engine=engine)
-    lower, upper = text.replace("b = 0.2", "b = 0.5").split("[upper]")
-    wheel = upper.replace("radius = 10.0", "radius = 11.0", 1)
-    text = f"{lower}[upper]\nrolling_radius = 500.0{wheel}"
-    scene.write_text(text, encoding="utf-8")
+    wheel = f"[upper]\nrolling_radius = 500.0\n{upper}".replace("radius = 10.0", "radius = 11.0", 1)
+    scene.write_text(lower + wheel, encoding="utf-8")
 
     def run(command, *options):
         code = exit_code([command, str(scene), *options])
@@ -66,9 +60,8 @@ def test_commands_without_c_accept_the_engine(command, femic):
 
 
 def test_frontier_has_the_default_tolerances_of_the_engine(femic, tmp_path, monkeypatch):
-    monkeypatch.setattr(
-        "compare.studies.frontier.perf_counter", lambda: 0.0
-    )  # to plan takes none of the budget
+    # to plan takes none of the budget
+    monkeypatch.setattr("compare.studies.frontier.perf_counter", lambda: 0.0)
     code, _ = femic("frontier", "--components", "nn,xn", "--budget", "1")
     assert code == DONE
     with xr.open_dataset(tmp_path / "out" / "mine" / "frontier.nc", engine="h5netcdf") as frontier:
@@ -91,7 +84,7 @@ def test_plan_shows_models_and_refuses_matrices(femic):
 
 
 def test_show_draws_with_the_solid_engine(femic, monkeypatch):
-    monkeypatch.setattr("compare.pages.body_fields._write_solved", lambda *_: _raise(Failure("solved")))
+    monkeypatch.setattr("compare.pages.body_fields._write_solved", Mock(side_effect=Failure("solved")))
     code, output = femic("show")
     assert (code, "(solid engine)" in output) == (FAILED, True)
 
@@ -107,7 +100,3 @@ def test_unregistered_engine_is_refused_with_the_known_names(femic, monkeypatch)
     code, output = femic("run")
     assert code == WRONG_INPUT
     assert "engine.kind = 'closed': Input should be 'harmonic' or 'solid'" in output
-
-
-def _raise(error):
-    raise error

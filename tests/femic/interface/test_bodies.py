@@ -10,12 +10,6 @@ from femic.scenes.load import builtin_names, load_scene
 STEEL = femic.Material(E=210e3, nu=0.3)
 
 
-def of_python():
-    """The bodies of the scene `rolling`, whose contours are an ellipse and an arc."""
-    wheel = femic.Body(femic.ellipse(10.15, 10.25, 60.0), STEEL, rolling_radius=500.0)
-    return femic.Pair(wheel, femic.Body(femic.arc(10.0, 65.0), STEEL))
-
-
 def geometry(body):
     """What the solvers see of a body."""
     s = np.linspace(-15, 15, 61)
@@ -35,23 +29,20 @@ def test_loaded_pair_equals_the_pair_of_its_scene(name):
 
 
 def test_bodies_of_python_equal_those_of_a_file():
+    """Of the scene `rolling`, whose contours are an ellipse and an arc."""
+    wheel = femic.Body(femic.ellipse(10.15, 10.25, 60.0), STEEL, rolling_radius=500.0)
     file = femic.load_pair("rolling")
-    assert of_python() == femic.Pair(file.upper, file.lower)
+    assert femic.Pair(wheel, femic.Body(femic.arc(10.0, 65.0), STEEL)) == femic.Pair(file.upper, file.lower)
 
 
-def test_flanks_may_differ_and_grooves_are_negative():
-    contour = femic.arc(-20.0, (10.0, 40.0)).contour()
-    np.testing.assert_allclose(np.degrees(contour.inclination([-99, 99])), [10, -40], rtol=1e-12)
-
-
-def test_a_curve_goes_through_its_points():
+def test_contours_are_those_that_their_arguments_say():
+    """Flanks may differ, grooves have negative radii, a curve goes through its points, a plane is flat."""
+    groove = femic.arc(-20.0, (10.0, 40.0)).contour()
+    np.testing.assert_allclose(np.degrees(groove.inclination([-99, 99])), [10, -40], rtol=1e-12)
     y = np.linspace(-8, 8, 41)
     curve = femic.through_points(y, -(y**2) / 20, y_centre=1.0).contour()
     np.testing.assert_allclose(curve.position(0.0), [0, 0], atol=1e-12)
     assert np.tan(curve.inclination(0.0)) == pytest.approx(0.1, rel=1e-3)
-
-
-def test_a_plane_is_flat():
     assert np.all(femic.plane().contour().inclination(np.linspace(-5, 5, 7)) == 0)
 
 

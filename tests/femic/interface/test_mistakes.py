@@ -118,7 +118,7 @@ WRONG_VALUES = (
     *(Path("nowhere"), Path("/"), "/nonexistent/x.txt", "s3://b/x"),
 )
 OTHERS = {  # names of which no argument is tried
-    *("plane", "FittedPair", "Failure", "WrongInput"),
+    *("plane", "FittedPair", "Failure", "WrongInput")
 }
 NAMES = [*mistakes.ARGUMENTS]
 

@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-from pathlib import Path
 from threading import Thread
 
 import pytest
@@ -11,7 +10,7 @@ import femic
 from femic.interface.options import LOCK, in_turn
 
 COMPUTE = ("compute_ics", "compute_matrix", "solve_contact", "fit_bhat_prime", "compute_shifts", "run_scene")
-THREE = """
+TWO = """
 from concurrent.futures import ThreadPoolExecutor
 import femic
 
@@ -24,9 +23,9 @@ def solved(s):
     return femic.compute_ics(pair, patch, lines, ["C"], options=options, **one)
 
 
-with ThreadPoolExecutor(3) as threads:
-    together = list(threads.map(solved, (0.0, 0.5, 1.0)))
-print(all(float(abs(one.ic - solved(s).ic).max()) == 0 for one, s in zip(together, (0.0, 0.5, 1.0))))
+with ThreadPoolExecutor(2) as threads:
+    _, one = threads.map(solved, (0.0, 0.5))
+print(float(abs(one.ic - solved(0.5).ic).max()))
 """
 
 
@@ -58,9 +57,9 @@ def test_one_thread_at_a_time_computes_and_may_call_again_from_a_report():
     assert free == [False, True]
 
 
-def test_three_threads_compute_c():
+def test_two_threads_compute_c():
     """In a process of its own: without the lock, Gmsh ends it."""
-    root = Path(__file__).parents[3]
-    command = [sys.executable, "-c", THREE]
-    done = subprocess.run(command, cwd=root, capture_output=True, text=True, check=False, timeout=300)
-    assert (done.returncode, done.stdout.strip()) == (0, "True"), done.stderr[-500:]
+    done = subprocess.run(
+        [sys.executable, "-c", TWO], capture_output=True, text=True, check=False, timeout=300
+    )
+    assert (done.returncode, done.stdout) == (0, "0.0\n"), done.stderr[-500:]
