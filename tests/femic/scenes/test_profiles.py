@@ -125,9 +125,8 @@ def test_contact_centre_by_y_and_by_arc_length_is_the_same_place(tmp_path):
     file = write(tmp_path / "rail.prr.txt", head()) | {"profile_kind": "rail", "axes": "field"}
     prepared = prepare(read_profile(file["file"], "rail", axes="field"))
     s = arc_length_at(prepared, -20.0)
-    by_y, by_s = (
-        scene_with(file | place).bodies["lower"].contour for place in ({"y_centre": -20.0}, {"s_centre": s})
-    )
+    places = {"y_centre": -20.0}, {"s_centre": s}
+    by_y, by_s = (scene_with(file | place).bodies["lower"].contour for place in places)
     np.testing.assert_allclose(by_y.position(0.0), 0, atol=1e-12)
     np.testing.assert_allclose(by_s.position([-3, 5]), by_y.position([-3, 5]), atol=1e-9)
     np.testing.assert_allclose(by_y.inclination(2.0), prepared.inclination(s + 2.0), atol=1e-9)
@@ -168,14 +167,12 @@ def test_standard_as_a_spline_is_its_exact_curve(name):
 
 def test_smoothing_brings_noise_near_the_exact_arc(tmp_path):
     noise = np.random.default_rng(3).normal(0, 0.005, 401)
-    angle = np.linspace(-1.5, 1.5, 401)
-    points = (R + noise) * np.stack([np.sin(angle), np.cos(angle)]) - [[0], [R]]
-    file = write(tmp_path / "arc.txt", points) | OF_ARC | {"profile_kind": "rail"}
-    s = np.linspace(-10, 10, 201)
-    worst = {}
+    file = write(tmp_path / "arc.txt", arc_points(401) * (1 + noise / R) + [[0], [1]] * noise)
+    s, worst = np.linspace(-10, 10, 201), {}
     for tolerance in (0.0, 0.005, "cross-validation"):
-        contour = scene_with(file | {"tolerance": tolerance}).bodies["lower"].contour
-        worst[tolerance] = np.max(np.abs(contour.curvature(s) - 1 / R))
+        profile = file | OF_ARC | {"profile_kind": "rail", "tolerance": tolerance}
+        curvature = scene_with(profile).bodies["lower"].contour.curvature(s)
+        worst[tolerance] = np.max(np.abs(curvature - 1 / R))
     assert worst[0.0] > 1
     assert max(worst[0.005], worst["cross-validation"]) < 0.01
 
@@ -302,17 +299,17 @@ def test_wrong_file_is_refused_by_a_command_before_any_work(tmp_path, monkeypatc
 
 
 def test_section_of_a_list_is_the_contour_of_its_profile(tmp_path):
-    write_profile(standard_profile("60E1", 0.2), tmp_path / "b.prr")
-    write_profile(standard_profile("54E1", 0.2), tmp_path / "a.prr")
+    for name, rail in (("a.prr", "54E1"), ("b.prr", "60E1")):
+        write_profile(standard_profile(rail, 0.2), tmp_path / name)
     (tmp_path / "rail.slcs").write_text("0 1\n2\n0 0 0\n1\n0 a.prr\n1 b.prr\n")
-    of_list = {"kind": "profile", "file": str(tmp_path / "rail.slcs"), "y_centre": 5.0}
-    alone = of_list | {"file": str(tmp_path / "b.prr")}
+    listed, alone = ({"file": str(tmp_path / name), "y_centre": 5.0} for name in ("rail.slcs", "b.prr"))
     s = np.linspace(-10, 10, 50)
-    expected = scene_with(alone).bodies["lower"].contour.position(s)
-    for choice in ({"section": 2}, {"section_at": 1.0}):
-        contour = scene_with(of_list | choice).bodies["lower"].contour
-        np.testing.assert_array_equal(contour.position(s), expected)
+    by_number, by_position, expected = (
+        scene_with(contour).bodies["lower"].contour.position(s)
+        for contour in (listed | {"section": 2}, listed | {"section_at": 1.0}, alone)
+    )
+    np.testing.assert_array_equal([by_number, by_position], [expected] * 2)
     with pytest.raises(WrongInput, match=r"contour\.file = .*section_at; rail\.slcs has 1: at 0, a\.prr"):
-        scene_with(of_list)
+        scene_with(listed)
     with pytest.raises(WrongInput, match=r"section and section_at are of lists"):
         scene_with(alone | {"section": 1})
