@@ -488,5 +488,9 @@ class _Data:
         effective = EffectiveProperties(**self.transitions(values))
         shares = np.abs(self.target.bhat_prime(effective) - self.target.ics) / self.target.scales
         return Fit(
-            effective, parameters, covariance, np.sqrt(np.mean(shares**2, axis=1)), np.max(shares, axis=1)
+            effective,
+            parameters,
+            covariance,
+            np.sqrt(np.mean(shares**2, axis=1)),
+            np.max(shares, axis=1),
         )

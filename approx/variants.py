@@ -132,7 +132,11 @@ def _assemble(forms: Forms, by_form: Mapping[Form, Array]) -> Array:
 
 
 def approximate(
-    variant: str, half_space: HalfSpace, surface: Surface, patch: Patch, points: tuple[ArrayLike, ArrayLike]
+    variant: str,
+    half_space: HalfSpace,
+    surface: Surface,
+    patch: Patch,
+    points: tuple[ArrayLike, ArrayLike],
 ) -> Array:
     """ICs per unit pressure [mm/MPa] at surface points (x, s) [mm], shape (3, 3, *broadcast(x, s).shape).
 

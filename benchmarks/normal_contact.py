@@ -90,7 +90,13 @@ def tamaas_row(n: int) -> list[str]:
     solver.solve(load / length**2)
     of_tamaas = perf_counter() - start
     error, error_of_tamaas = own.p.max() / hertz.p_max - 1, np.max(model.traction) / hertz.p_max - 1
-    return [f"{n} × {n}", f"{of_femic:.3f}", f"{error:+.1e}", f"{of_tamaas:.3f}", f"{error_of_tamaas:+.1e}"]
+    return [
+        f"{n} × {n}",
+        f"{of_femic:.3f}",
+        f"{error:+.1e}",
+        f"{of_tamaas:.3f}",
+        f"{error_of_tamaas:+.1e}",
+    ]
 
 
 if __name__ == "__main__":

@@ -187,7 +187,12 @@ def stage_rows(out: str) -> Iterator[list[str]]:
         yield [name, f"{cost['unknowns']:,}", cost["solver"], *stages, f"{cost['peak_memory']:.0f}"]
 
 
-BENCHMARKS: dict[str, Callable[[], None]] = {"runs": runs, "flat": flat, "solvers": solvers, "growth": growth}
+BENCHMARKS: dict[str, Callable[[], None]] = {
+    "runs": runs,
+    "flat": flat,
+    "solvers": solvers,
+    "growth": growth,
+}
 
 if __name__ == "__main__":
     logging.getLogger("skfem").setLevel(logging.ERROR)

@@ -162,7 +162,10 @@ def length_between(curve: PPoly, start: Array, end: Array) -> Array:
 
 
 def invert(
-    length: Callable[[Array], Array], speed: Callable[[Array], Array], s: Array, table: tuple[Array, Array]
+    length: Callable[[Array], Array],
+    speed: Callable[[Array], Array],
+    s: Array,
+    table: tuple[Array, Array],
 ) -> Array:
     """Parameters t with length(t) = s, shape of s: interpolation in a table, then Newton's method.
 

@@ -311,5 +311,5 @@ RAIL_SECTIONS: Mapping[str, RailSection] = {
     # EN 13674-1, 60E1: height, foot, web, head and foot depths, slopes and edge of the foot. The web of the
     # standard is concave, of which only the least thickness is taken; with the rounding of 20 mm the area is
     # 76.3 (standard: 76.7) cm^2
-    "60E1": RailSection(172.0, 150.0, 16.5, 51.0, 31.5, 11.5, (36.98, -34.0), 20.0)
+    "60E1": RailSection(172.0, 150.0, 16.5, 51.0, 31.5, 11.5, (36.98, -34.0), 20.0),
 }

@@ -197,7 +197,10 @@ def nearest(values: Mapping[str, Any], name: str, key: str, place: float) -> dic
 
 def readme_table(values: Mapping[str, Any]) -> str:
     """Return the table of README's first screen: pair, angle, errors of A, B-hat and, fitted, B-hat-prime."""
-    lines = ["| | Δδ | A, half-space | B̂ | B̂′, one fit | errors known to |", "|---|---|---|---|---|---|"]
+    lines = [
+        "| | Δδ | A, half-space | B̂ | B̂′, one fit | errors known to |",
+        "|---|---|---|---|---|---|",
+    ]
     rows = [
         ("s1002-on-60e1-worn", "loads", 90e3),
         ("arcs-1.02-60", "angles", 80.0),

@@ -285,7 +285,10 @@ def _residual(calibrated: Calibrated, body: str, component: str) -> Panel:
         for _, part in _lines(calibrated)
     ]
     return Panel(
-        f"{body}: {component} minus C, fitted points", "r [mm]", f"Δ{component} [% of max |C|]", curves
+        f"{body}: {component} minus C, fitted points",
+        "r [mm]",
+        f"Δ{component} [% of max |C|]",
+        curves,
     )
 
 

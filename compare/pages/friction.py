@@ -321,7 +321,8 @@ class MotionPage:
             *own.tables,
             Folded("All numbers", numbers),
             Folded(
-                "Limits, supports, grid and cost", [*own.remarks, *support_tables(dataset), cost(dataset)]
+                "Limits, supports, grid and cost",
+                [*own.remarks, *support_tables(dataset), cost(dataset)],
             ),
             Folded("Scene file", [Verbatim(str(dataset.attrs["scene"]))]),
         ]

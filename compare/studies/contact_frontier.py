@@ -167,7 +167,9 @@ def compute_contact_frontier(
     require_reference(references, skipped, budget)
     best = best_reference(references, wants, scene)
     return frontier_dataset(solver.solved, wants, best).assign_attrs(
-        study_attributes(scene, best.name, skipped), motion=scene.contact.motion, discounted=discounted(scene)
+        study_attributes(scene, best.name, skipped),
+        motion=scene.contact.motion,
+        discounted=discounted(scene),
     )
 
 

@@ -325,7 +325,9 @@ class RollingDeviations:
         if (name, number) not in self._changes:
             self._changes[name, number] = [
                 changes(
-                    self._measured(sampled), kinds(QUANTITIES), self._measured(sampled, changed=True).numbers
+                    self._measured(sampled),
+                    kinds(QUANTITIES),
+                    self._measured(sampled, changed=True).numbers,
                 )["angle"]
                 if number == "angle"
                 else abs(

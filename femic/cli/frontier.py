@@ -22,7 +22,8 @@ with lazy_imports():
     from femic.advice import expected
 
 Wanted = Annotated[
-    str | None, Parameter(help="numbers of the contact, such as p_max,F_x (see docs/decide/frontier.md)")
+    str | None,
+    Parameter(help="numbers of the contact, such as p_max,F_x (see docs/decide/frontier.md)"),
 ]
 Components = Annotated[
     str | None, Parameter(help="ICs by themselves, such as nn,sn; default: all that the scene compares")

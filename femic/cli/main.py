@@ -47,7 +47,10 @@ COMMANDS = {  # by name: module and function, and the help text
         "A wheelset on its track at many lateral shifts: which ICs are good enough where.",
     ),
     "sweep": ("sweep:sweep", "Many scenes: keys swept over ranges, on all cores or a Dask cluster."),
-    "fe-contact": ("contact:fe_contact", "Contact by finite elements, without ICs, beside contact with ICs."),
+    "fe-contact": (
+        "contact:fe_contact",
+        "Contact by finite elements, without ICs, beside contact with ICs.",
+    ),
     "calibrate": ("matrix:calibrate", "Fit B-hat-prime to C; write the scene with the fit."),
     "export": ("matrix:export", "Write the IC matrix of both bodies for the program CONTACT."),
     "frontier": ("frontier:frontier", "Errors against seconds of all ways to compute the ICs of a scene."),

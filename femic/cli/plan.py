@@ -31,7 +31,7 @@ def plan(scene: SceneName, /, *, workers: Workers = None) -> None:
     console.print(f"{loaded.title}: tolerance {loaded.settings.tolerance:g}, {count} workers")
     console.print(
         f"bodies: {', '.join(loaded.solved)} (compared: {', '.join(loaded.compared)}); components: "
-        f"{', '.join(loaded.components)} for `femic run`, all nine for `femic matrix`"
+        f"{', '.join(loaded.components)} for `femic run`, all nine for `femic matrix`",
     )
     with _refusal_printed("femic run", console):
         _print("femic run", ics.run_plans(loaded, count), count, console)
@@ -60,7 +60,7 @@ def plan(scene: SceneName, /, *, workers: Workers = None) -> None:
                 _print(f"{title}; {components} of C:", list(refinement.plans(jobs, count)), count, console)
     console.print(
         "One round; a round more where the estimated error is larger than the tolerance. Stored models take "
-        "no time."
+        "no time.",
     )
 
 

@@ -8,7 +8,16 @@ from rich.console import Console
 
 from femic.cache import folders
 from femic.cli.progress import terminal
-from femic.cli.work import AT, DEFAULT_WORK, SceneName, StoreAt, Work, Workers, announce, print_warnings
+from femic.cli.work import (
+    AT,
+    DEFAULT_WORK,
+    SceneName,
+    StoreAt,
+    Work,
+    Workers,
+    announce,
+    print_warnings,
+)
 from femic.lazy import lazy_imports
 from femic.scenes.ic_names import AUTO
 from femic.scenes.listing import listing

@@ -338,7 +338,10 @@ def _bend_at_peak(pressures: Array) -> float:
 def readings(patch: Extent) -> dict[str, float]:
     """Floors of the lengths of a patch along x and s."""
     half_x, half_s = ((high - low) / 2 for low, high in (patch.x, patch.s))
-    return {"length": patch.accuracy_x / max(half_x, 0.5), "width": patch.accuracy_s / max(half_s, 0.5)}
+    return {
+        "length": patch.accuracy_x / max(half_x, 0.5),
+        "width": patch.accuracy_s / max(half_s, 0.5),
+    }
 
 
 # --- floors and scales of forces and moments ---

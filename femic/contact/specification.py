@@ -16,7 +16,16 @@ from approx.pair import Pair
 from approx.variants import VARIANTS
 from femic.contact.friction.motion import FactorsByAngle
 from femic.contact.loading import Loading
-from femic.key_types import Amount, EachDistinct, EachOnce, Length, Place, Several, Signed, Whole
+from femic.key_types import (
+    Amount,
+    EachDistinct,
+    EachOnce,
+    Length,
+    Place,
+    Several,
+    Signed,
+    Whole,
+)
 from femic.reference.job import Settings
 from femic.reference.matrix.job import Discount
 from geometries.arrays import Array
@@ -175,7 +184,9 @@ class ContactSpecification:
 
     motion: str = WITHOUT_FRICTION  # of `femic.contact.motions`
     loads: Annotated[
-        Several[Amount], Field(description="vertical loads [N]; of a compression they grow"), EachDistinct
+        Several[Amount],
+        Field(description="vertical loads [N]; of a compression they grow"),
+        EachDistinct,
     ] = ()
     approaches: Annotated[
         Several[Length], Field(description="instead of loads: vertical approaches [mm]"), EachDistinct
@@ -216,12 +227,16 @@ class ContactSpecification:
     elements: Annotated[
         Whole,
         Field(
-            ge=8, le=64, description="elements across the smallest patch on an automatic grid, along x and s"
+            ge=8,
+            le=64,
+            description="elements across the smallest patch on an automatic grid, along x and s",
         ),
     ] = 20
     grid: Annotated[
         Literal["automatic", "scene"],
-        Field(description="automatic: as large as the patches; scene: the one of [grid], centred at x = 0"),
+        Field(
+            description="automatic: as large as the patches; scene: the one of [grid], centred at x = 0",
+        ),
     ] = "automatic"
     lateral_force: Annotated[
         Signed | None,

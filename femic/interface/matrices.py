@@ -70,7 +70,10 @@ def compute_matrix(
 
 @with_checked_arguments
 def label_matrix(
-    ics: ArrayLike | xr.DataArray, grid: Grid, name: str, estimate: ArrayLike | xr.DataArray | None = None
+    ics: ArrayLike | xr.DataArray,
+    grid: Grid,
+    name: str,
+    estimate: ArrayLike | xr.DataArray | None = None,
 ) -> xr.Dataset:
     """Return ICs from elsewhere in the form of `compute_matrix`, which `solve_contact` takes.
 

@@ -79,7 +79,11 @@ def orders_at(patch: Patch, points: Points, far_radius: float) -> tuple[Array, A
 
 
 def estimated(
-    ic: Array, perturbed: Mapping[str, Array], *, safety: float, orders: Orders = ORDERS
+    ic: Array,
+    perturbed: Mapping[str, Array],
+    *,
+    safety: float,
+    orders: Orders = ORDERS,
 ) -> EstimatedICs:
     """Return ICs (3, 3, ...) [mm/N] with their estimated errors, from less accurate ICs of the same shape.
 

@@ -157,7 +157,11 @@ def compute_wear(solution: RollingSolution, specification: DamageSpecification) 
     p_max = [float(np.max(one.rolling.contact.p[..., N])) for one in (first, last)]
     return xr.Dataset(
         {
-            "worn": (("worn_body", "s"), MICRO * last.depths, {"units": "µm", "long_name": meaning}),
+            "worn": (
+                ("worn_body", "s"),
+                MICRO * last.depths,
+                {"units": "µm", "long_name": meaning},
+            ),
             "estimate_worn": (
                 "worn_body",
                 MICRO * np.abs(deepest[1] - deepest[0]),

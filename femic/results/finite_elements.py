@@ -96,7 +96,10 @@ def unsuitable(scene: Scene) -> list[tuple[str, str]]:
         "contact.loads = []": (not contact.loads, "give loads [N] instead of approaches"),
         "contact.gap = 'exact'": (contact.exact, "use the linear one"),
         "contact.extra_gap": (contact.extra_gap is not None, "leave it out"),
-        "contact.lateral_force": (contact.lateral_force is not None, "give the `shift` that `contact` finds"),
+        "contact.lateral_force": (
+            contact.lateral_force is not None,
+            "give the `shift` that `contact` finds",
+        ),
         "discount = 'source'": (
             scene.discount == "source",
             "contact by C then lacks the bending of the bodies; take 'approach'",

@@ -215,7 +215,10 @@ ACCURACY_OF_C = {  # further ones, of C with its check and of each solved body: 
     "estimate_both": (("body", *BY_LINE), "estimates of C and C_solid together, share as of error"),
     "solved_error": (("solved", *BY_LINE), "estimate of C of a solved body, share as of error"),
     "solved_vanishes": (("solved", "i", "j"), ERRORS["vanishes"][1]),
-    "solved_refinement": (("solved", "part", *BY_LINE), f"{ERRORS['estimate_refinement'][1]}; and its parts"),
+    "solved_refinement": (
+        ("solved", "part", *BY_LINE),
+        f"{ERRORS['estimate_refinement'][1]}; and its parts",
+    ),
 }
 PARTS_OF_ACCURACY = {
     "all": "estimate",

@@ -47,7 +47,11 @@ def wheelset(specification: ShiftsFile, positions: dict[float, Position]) -> xr.
         "roll": (lambda at: 1e3 * at.roll, "mrad", "roll, positive where the left wheel is higher"),
         "axle_shift": (lambda at: at.shift, "mm", "shift of the middle of the axle"),
         "height": (lambda at: at.height, "mm", "height of the axle over the rail tops"),
-        "rrd": (lambda at: at.rolling_radius_difference, "mm", "rolling-radius difference, left minus right"),
+        "rrd": (
+            lambda at: at.rolling_radius_difference,
+            "mm",
+            "rolling-radius difference, left minus right",
+        ),
     }
     return xr.Dataset(
         {

@@ -11,7 +11,14 @@ from femic.results.wheelset import OF_FILES, SECOND, assumed_text, canted_rails,
 from femic.results.wheelset_contacts import ABOUT
 from femic.scenes.listing import as_toml
 from femic.shifts.contact import C_FLANK
-from femic.shifts.sides import SIDES, Place, doubts, lay_out_wheelset, prepare_sections, reference_length
+from femic.shifts.sides import (
+    SIDES,
+    Place,
+    doubts,
+    lay_out_wheelset,
+    prepare_sections,
+    reference_length,
+)
 from femic.shifts.specification import ProfileTable, ShiftsFile
 from geometries.errors import Failure, WrongInput
 from geometries.profiles.placement import STEEPEST

@@ -69,7 +69,9 @@ ContactTable = create_model(
     **{key: declared for part in _PARTS for key, declared in part.items()},
 )
 AnyContact = Annotated[
-    SerializeAsAny[ContactKeys], PlainValidator(ContactTable.model_validate), Holds(lambda: (ContactTable,))
+    SerializeAsAny[ContactKeys],
+    PlainValidator(ContactTable.model_validate),
+    Holds(lambda: (ContactTable,)),
 ]
 
 

@@ -46,7 +46,8 @@ class ProfileTable(SceneTable):
         None, description="file of the profile (docs/reference/profiles.md has the formats)"
     )
     standard: StandardName | None = Field(
-        None, description="instead of a file: a profile of the package (femic profiles lists them)"
+        None,
+        description="instead of a file: a profile of the package (femic profiles lists them)",
     )
     profile_kind: Kind | None = Field(None, description="where the file does not say it")
     axes: str | None = Field(

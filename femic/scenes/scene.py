@@ -68,7 +68,8 @@ class StressSpecification:
         ),
     ] = 1.0
     estimated: Annotated[
-        bool, Field(description="whether errors of stresses are estimated, which takes half as long again")
+        bool,
+        Field(description="whether errors of stresses are estimated, which takes half as long again"),
     ] = True
 
 

@@ -15,7 +15,14 @@ import xarray as xr
 from femic.contact.estimates import Measured, Numbers, changes, errors
 from femic.contact.exact.hertz import combined_modulus
 from femic.contact.normal import NormalContact
-from femic.contact.pairs.area_grids import Sought, find_patches, fitting_grid, longer, refine, refined_grids
+from femic.contact.pairs.area_grids import (
+    Sought,
+    find_patches,
+    fitting_grid,
+    longer,
+    refine,
+    refined_grids,
+)
 from femic.contact.pairs.areas import NO_COUPLING, Areas, AreasContact, AreaTooSmall
 from femic.contact.pairs.ics import normal_reference_ics
 from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid

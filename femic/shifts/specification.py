@@ -27,7 +27,10 @@ from femic.scenes.scene_table import SceneTable
 from geometries.errors import WrongInput
 from geometries.profiles.standards import NAMED
 
-ByAngle = Annotated[Several[Annotated[tuple[Angle, Factor], Strict(False)]], AfterValidator(growing)]
+ByAngle = Annotated[
+    Several[Annotated[tuple[Angle, Factor], Strict(False)]],
+    AfterValidator(growing),
+]
 Radius = Annotated[float, Field(ge=20, le=2000)]  # mm
 BUILTIN = Path(__file__).parent / "builtin"
 EXAMPLE = "s1002-on-60e1"
@@ -182,7 +185,8 @@ class RollingTable(SceneTable):
         "the left [rad], as far as yaw is slip alone",
     )
     spin: Annotated[float, Field(ge=-1e-3, le=1e-3)] = Field(
-        0.0, description="yaw rate to the left over V [1/mm]: 1/R in a curve of the radius R to the left"
+        0.0,
+        description="yaw rate to the left over V [1/mm]: 1/R in a curve of the radius R to the left",
     )
 
 

@@ -155,7 +155,8 @@ def _find_columns(source: Source, header: Header) -> tuple[list[str], list[str]]
         names = re.split(r"[\s,;]+", value.upper().strip())
         if not set(names) <= COLUMNS or len(set(names)) < len(names) or not {"X", "Y"} <= set(names):
             raise source.wrong(
-                line, f"ColumnDef = {shortened(value)}: must name X and Y, and any of A, C, N, K, each once"
+                line,
+                f"ColumnDef = {shortened(value)}: must name X and Y, and any of A, C, N, K, each once",
             )
         return names, []
     note = [] if header.old else ["The header has no ColumnDef: the first columns were taken as X, Y."]

@@ -176,7 +176,15 @@ def profile_figure(prepared: Prepared, spacing: float = 0.1) -> ProfileFigure:
     curve, inclination, curvature = prepared.position(s), prepared.inclination(s), prepared.curvature(s)
     measured = prepared.points, prepared.places, prepared.residual
     return ProfileFigure(
-        prepared.name, *measured, s, curve, inclination, curvature, noise, advice(prepared), prepared.notes
+        prepared.name,
+        *measured,
+        s,
+        curve,
+        inclination,
+        curvature,
+        noise,
+        advice(prepared),
+        prepared.notes,
     )
 
 

@@ -106,7 +106,8 @@ def row(source: Source, line: int, text: str, counts: range) -> list[str]:
     if len(fields) not in counts:
         expected = f"{counts[0]}" if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
         raise source.wrong(
-            line, f"{shortened(text)}: {len(fields)} columns, {expected} expected; correct the row"
+            line,
+            f"{shortened(text)}: {len(fields)} columns, {expected} expected; correct the row",
         )
     if not all(is_number(field) for field in fields[2:]):
         raise source.wrong(line, f"{shortened(text)}: all of its {len(fields)} columns must be numbers")

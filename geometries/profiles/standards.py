@@ -23,7 +23,15 @@ import numpy as np
 
 from geometries.errors import WrongInput
 from geometries.profiles.files import read_profile
-from geometries.profiles.pieces import ArcPiece, Outline, Piece, PolynomialPiece, arc_above, arc_below, line
+from geometries.profiles.pieces import (
+    ArcPiece,
+    Outline,
+    Piece,
+    PolynomialPiece,
+    arc_above,
+    arc_below,
+    line,
+)
 from geometries.profiles.preparation import Prepared, prepare
 from geometries.profiles.profile import Kind, Profile
 
@@ -164,7 +172,10 @@ def cone(slope: float) -> tuple[Piece, ...]:
     root, flange_length, tread_length = 13.0, np.hypot(1, FLANGE_SLOPE), np.hypot(1, slope)
     y = (root * (flange_length - tread_length) - FLANGE_HEIGHT_AT_0) / (FLANGE_SLOPE - slope)
     centre = (float(y), float(slope * y - root * tread_length))
-    ends = (float(y - root * FLANGE_SLOPE / flange_length), float(y - root * slope / tread_length))
+    ends = (
+        float(y - root * FLANGE_SLOPE / flange_length),
+        float(y - root * slope / tread_length),
+    )
     *tip, _ = flange()
     return (
         *tip,

@@ -142,7 +142,12 @@ def settle(
 
 
 def settle_wheel(
-    layout: Layout, side: SideName, lateral: float, *, roll: float = 0.0, within: float = SECOND_WITHIN
+    layout: Layout,
+    side: SideName,
+    lateral: float,
+    *,
+    roll: float = 0.0,
+    within: float = SECOND_WITHIN,
 ) -> Position:
     """One wheel at a given place on its rail, whatever the other one does, as measured on vehicles.
 
@@ -375,7 +380,11 @@ class Shifts:
 
 
 def over_shifts(
-    layout: Layout, shifts: ArrayLike, *, roll: float | RollRule = "about axle", within: float = SECOND_WITHIN
+    layout: Layout,
+    shifts: ArrayLike,
+    *,
+    roll: float | RollRule = "about axle",
+    within: float = SECOND_WITHIN,
 ) -> Shifts:
     """The wheelset at growing shifts [mm]; `roll` and `within` are those of `settle`.
 

@@ -58,7 +58,10 @@ def ranges_above(at: Array, values: Array, level: float) -> list[Range]:
         return float(at[k] + part * (at[k + 1] - at[k]))
 
     return [
-        (None if start == 0 else crossing(int(start) - 1), None if end == len(at) else crossing(int(end) - 1))
+        (
+            None if start == 0 else crossing(int(start) - 1),
+            None if end == len(at) else crossing(int(end) - 1),
+        )
         for start, end in zip(starts, ends, strict=True)
     ]
 

@@ -23,7 +23,13 @@ from femic.contact.exact.hertz import LineContact, LoadedPoint, PointContact, co
 from femic.contact.friction import coulomb
 from femic.contact.friction.coulomb import Coulomb, FreeAmplitudes
 from femic.contact.friction.law import Strips
-from femic.contact.friction.motion import Creepages, LeadingEdge, RollingKinematics, Shift, SteadyRolling
+from femic.contact.friction.motion import (
+    Creepages,
+    LeadingEdge,
+    RollingKinematics,
+    Shift,
+    SteadyRolling,
+)
 from femic.contact.frictional import FrictionalContact, solve
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading

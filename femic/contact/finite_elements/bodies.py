@@ -87,7 +87,11 @@ def meshed(body: Body, expected: Expected, cells: float, *, half_section: bool) 
     for factor in OTHER_SIZES:
         try:
             solid = solid_mesh(
-                body, size.scaled(factor), focus, half_section=half_section, curved_within=SPACING * smallest
+                body,
+                size.scaled(factor),
+                focus,
+                half_section=half_section,
+                curved_within=SPACING * smallest,
             )
         except Failure:
             if factor == OTHER_SIZES[-1]:

@@ -23,7 +23,14 @@ from functools import cached_property
 
 import numpy as np
 
-from femic.contact.friction.law import LOOSEST, Law, Strips, correction, inverse_of_amplitudes, stagnated
+from femic.contact.friction.law import (
+    LOOSEST,
+    Law,
+    Strips,
+    correction,
+    inverse_of_amplitudes,
+    stagnated,
+)
 from femic.contact.friction.motion import LeadingEdge, Linear, Motion
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure

@@ -16,7 +16,14 @@ import scipy
 from femic.contact.loading import Loading
 from femic.contact.normal import NormalContact
 from femic.contact.pairs.areas import Areas, AreasContact, AreaTooSmall
-from femic.contact.pairs.grids import COARSE_MARGIN, ROOM, extend_grid, hertz, keep_on_contours, round_up
+from femic.contact.pairs.grids import (
+    COARSE_MARGIN,
+    ROOM,
+    extend_grid,
+    hertz,
+    keep_on_contours,
+    round_up,
+)
 from femic.contact.pairs.pair_on_grid import RESOLVED, PairOnGrid
 from femic.contact.patch import MARGIN
 from femic.contact.undeformed import TangentPlane, Undeformed

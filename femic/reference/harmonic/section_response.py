@@ -84,7 +84,12 @@ class Condensation:
 
     @classmethod
     def prepare(
-        cls, model: SectionModel, held: Sequence[Mask], last: Mask, forces: csr_matrix, observers: csr_matrix
+        cls,
+        model: SectionModel,
+        held: Sequence[Mask],
+        last: Mask,
+        forces: csr_matrix,
+        observers: csr_matrix,
     ) -> "Condensation":
         """Prepare the responses with supports that hold amplitudes, (n_nodes, 3) each.
 

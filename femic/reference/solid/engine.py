@@ -87,7 +87,11 @@ def raw_ics(request: Request, most_unknowns: int | None = None) -> RawICs:
     assembled = perf_counter()
     fields = solve(model, request.loads, request.solver)
     u = np.stack([observe(model, load, field, request.points) for load, field in fields.items()])
-    seconds = {"mesh": meshed - start, "assembly": assembled - meshed, "solution": perf_counter() - assembled}
+    seconds = {
+        "mesh": meshed - start,
+        "assembly": assembled - meshed,
+        "solution": perf_counter() - assembled,
+    }
     solutions = [solution for field in fields.values() for _, solution in field]
     cost = Cost(
         model.unknowns,

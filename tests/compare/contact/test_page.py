@@ -6,7 +6,13 @@ import xarray as xr
 
 from compare.pages import contact_figures as figures
 from compare.pages.contact import mapped_contact, sensitivity_page, write_contact, write_sensitivity
-from compare.pages.contact_numbers import NO_BREAK, answer_sentence, answer_table, case_labels, numbers_table
+from compare.pages.contact_numbers import (
+    NO_BREAK,
+    answer_sentence,
+    answer_table,
+    case_labels,
+    numbers_table,
+)
 from compare.report.tables import with_estimate
 from femic.contact.motions.none import mapped, sensitivities
 from femic.contact.pairs.quantities import OF_FRICTIONLESS

@@ -9,7 +9,13 @@ from approx.pair import matrix
 from femic.contact.operators.dense import Asymmetry, GridOperator
 from femic.contact.pairs.ics import ReferenceICs
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
-from femic.contact.supports import FLATTER, NEARER, changed_supports, flatter_problem, with_flatter_flanks
+from femic.contact.supports import (
+    FLATTER,
+    NEARER,
+    changed_supports,
+    flatter_problem,
+    with_flatter_flanks,
+)
 from femic.results.contact import compute_contact, to_dataset, with_supports
 from geometries.contours import arc, ellipse, through_points
 from geometries.patches import N

@@ -48,7 +48,10 @@ def dataset():
     }
     s = np.linspace(-2, 2, 9)
     lines = {
-        "p": (("case", "ics", "s"), [[[0.0, 1, 2, 3, 4, 3, 2, 1, 0, np.nan]] * 2 + [[np.nan] * 10]] * 3),
+        "p": (
+            ("case", "ics", "s"),
+            [[[0.0, 1, 2, 3, 4, 3, 2, 1, 0, np.nan]] * 2 + [[np.nan] * 10]] * 3,
+        ),
         "p_fe": (("case", "s_fe"), [[4.0, 3, 2, 1, 0]] * 3),
     }
     places = {"s": (("case", "s"), [[*s, np.nan]] * 3), "s_fe": (("case", "s_fe"), [s[4:]] * 3)}

@@ -55,7 +55,15 @@ def test_page_and_file_of_rolling_agree(rolled, tmp_path):
     written = xr.open_dataset(tmp_path / "contact.nc")
     assert {path.name for path in (tmp_path / "figures").iterdir()} == {
         f"contact_{name}.svg"
-        for name in ("creep_force", "centre_line", "stick", "pressures", "work", "numbers_0.3", "numbers_0.5")
+        for name in (
+            "creep_force",
+            "centre_line",
+            "stick",
+            "pressures",
+            "work",
+            "numbers_0.3",
+            "numbers_0.5",
+        )
     }
     assert rolling_page.parts(written).summary in page.replace("&#39;", "'")
     for name in ("A", "Bhat"):

@@ -7,7 +7,12 @@ import pytest
 import xarray as xr
 
 from compare.pages.frontier import answer_table, error_text, summary
-from compare.studies.contact_frontier import best_reference, contact_method, frontier_dataset, worst_estimate
+from compare.studies.contact_frontier import (
+    best_reference,
+    contact_method,
+    frontier_dataset,
+    worst_estimate,
+)
 from compare.studies.frontier import APPROXIMATION, AS_CHEAP, Question, advise, worst
 from femic.contact.motions import MOTIONS
 from femic.contact.specification import ContactSpecification, FrictionSpecification

@@ -17,7 +17,10 @@ from compare.report.parts import Page, Section, write_index, write_page
 from compare.report.tables import Cell, Row, Table
 
 X = np.linspace(0.0, 1.0, 3)
-HOSTILE = ["<!-- <script> x </script><b>bold</b> &lt;", "_$\\frac{x$ \\$5 %{q} {{ 7 }}"]
+HOSTILE = [
+    "<!-- <script> x </script><b>bold</b> &lt;",
+    "_$\\frac{x$ \\$5 %{q} {{ 7 }}",
+]
 
 
 class Contents(HTMLParser):

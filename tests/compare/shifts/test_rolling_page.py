@@ -97,7 +97,14 @@ def test_differences_of_forces_are_shares_of_friction_times_load(dataset):
 
 def test_the_answer_table_has_a_row_per_quantity(dataset):
     rows = read_texts(tables.answer_table(dataset))
-    assert rows["A: F_x [kN]"] == ["-2 to 0 mm", "all shifts", "all shifts", "11.08", "10.00", "+3.00"]
+    assert rows["A: F_x [kN]"] == [
+        "-2 to 0 mm",
+        "all shifts",
+        "all shifts",
+        "11.08",
+        "10.00",
+        "+3.00",
+    ]
     assert {"A: p_max [MPa]", "A: F_y [kN]", "A: work of friction [J/m]", "B̂: F_x [kN]"} <= set(rows)
 
 

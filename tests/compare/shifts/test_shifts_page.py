@@ -226,7 +226,14 @@ def test_limits_may_hold_at_all_shifts(dataset):
 def test_the_answer_table_has_the_numbers_of_the_dataset(dataset):
     table = tables.answer_table(dataset)
     cells = read_texts(table)
-    assert cells["A"] == ["-2 to -1 mm", "-2 to 0 mm", "-2 to 1 mm", "1200", "1000", "+20.00"]
+    assert cells["A"] == [
+        "-2 to -1 mm",
+        "-2 to 0 mm",
+        "-2 to 1 mm",
+        "1200",
+        "1000",
+        "+20.00",
+    ]
     assert cells["B̂"][-1] == "0.00"
     assert table.rows[0].filled[-1].below == "2 mm, left"
 

@@ -19,7 +19,12 @@ from femic.reference.run_options import RunOptions, Watch
 from femic.results import stressed_contact as lattice
 from femic.results import stressed_contact as module
 from femic.results.damage import OF_DAMAGE, compute_damage
-from femic.results.stressed_contact import lattice_below, require_stresses, solve_contacts, with_one_contact
+from femic.results.stressed_contact import (
+    lattice_below,
+    require_stresses,
+    solve_contacts,
+    with_one_contact,
+)
 from femic.results.stresses import HALF_SPACE, HALF_SPACE_OF_A, TRUE, compute_stresses, largest_below
 from femic.scenes.errors import BadScene
 from femic.scenes.load import scene_from_table

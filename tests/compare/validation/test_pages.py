@@ -198,7 +198,10 @@ def test_the_answer_has_the_worst_of_each_part(limits):
 
 def test_errors_are_drawn_over_their_estimates(limits):
     (chart,) = blocks_of(limits.sections, Chart)
-    assert drawn(chart) == [("ν", [0.5, 1.25], [2e-4, 1e-4]), ("R_roll [mm]", [0.75], [0.03])]
+    assert drawn(chart) == [
+        ("ν", [0.5, 1.25], [2e-4, 1e-4]),
+        ("R_roll [mm]", [0.75], [0.03]),
+    ]
     assert chart.cells[0].marks == (1.0,)
 
 

@@ -21,9 +21,11 @@ def test_one_traction_is_a_force_at_its_place(direction, place):
     tractions[*place, direction] = 2.0
     s = S[place[1]]
     delta = float(CONTOUR.inclination(s))
-    axis = [(1.0, 0.0, 0.0), (0.0, np.cos(delta), -np.sin(delta)), (0.0, np.sin(delta), np.cos(delta))][
-        direction
-    ]
+    axis = [
+        (1.0, 0.0, 0.0),
+        (0.0, np.cos(delta), -np.sin(delta)),
+        (0.0, np.sin(delta), np.cos(delta)),
+    ][direction]
     force = 2.0 * AREA * np.array(axis)
     total = resultant(tractions, CONTOUR, X, S, AREA)
     np.testing.assert_allclose(total.force, force, atol=1e-14)

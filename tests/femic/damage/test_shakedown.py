@@ -5,7 +5,13 @@ import pytest
 from scipy.integrate import dblquad
 
 from femic.damage import fatigue as module
-from femic.damage.fatigue import ellipse_shears, line_shears, shakedown_limit, shears_below, surface_index
+from femic.damage.fatigue import (
+    ellipse_shears,
+    line_shears,
+    shakedown_limit,
+    shears_below,
+    surface_index,
+)
 from geometries.errors import WrongInput
 from tests.femic.damage.cases import HERTZ
 from tests.femic.damage.melan import Melan, elastic

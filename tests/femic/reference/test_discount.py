@@ -325,7 +325,11 @@ LOADS_NEEDED = [
     (UNSYMMETRIC, CENTRAL[2], {CENTRAL[1], CENTRAL[2]}),
     (SYMMETRIC, OFF_CENTRE[0], {CENTRAL[0]}),
     (SYMMETRIC, OFF_CENTRE[2], {CENTRAL[1], CENTRAL[2], RULE.moment_load()}),
-    (UNSYMMETRIC, OFF_CENTRE[2], {CENTRAL[1], CENTRAL[2], RULE.moment_load(), RULE.moment_load(-1)}),
+    (
+        UNSYMMETRIC,
+        OFF_CENTRE[2],
+        {CENTRAL[1], CENTRAL[2], RULE.moment_load(), RULE.moment_load(-1)},
+    ),
 ]
 LOADS_NEEDED_ON_WHEELS = [
     (SYMMETRIC, CENTRAL[2], {CENTRAL[2]}),

@@ -59,7 +59,10 @@ def test_orders_may_differ_from_point_to_point():
     ic, (mesh, truncation) = EXACT + ERROR, (np.array([2, 1, 2, 1]), np.array([2, 2, 1, 1]))
     result = estimated(
         ic,
-        {"coarser": EXACT + 1.5**mesh * ERROR, "nearer": EXACT + 2.0**truncation * ERROR},
+        {
+            "coarser": EXACT + 1.5**mesh * ERROR,
+            "nearer": EXACT + 2.0**truncation * ERROR,
+        },
         safety=1.25,
         orders=(mesh, truncation),
     )

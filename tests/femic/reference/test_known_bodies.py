@@ -82,7 +82,11 @@ def test_error_falls_at_least_with_an_order_of_the_cells(with_cells, factors, or
 @pytest.mark.parametrize(
     ("with_size", "sizes", "tolerance"),
     [
-        (lambda size: job(size, 2.0), (20.0, 28.3, 40.0), 0.4),  # larger ones: the mesh error
+        (
+            lambda size: job(size, 2.0),
+            (20.0, 28.3, 40.0),
+            0.4,
+        ),  # larger ones: the mesh error
         (lambda size: changed(harmonic_job(size), rotation_reach=5.0), (40.0, 80.0, 160.0), 0.3),
     ],
     ids=["solid", "harmonic"],

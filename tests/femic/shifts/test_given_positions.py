@@ -45,7 +45,12 @@ def test_given_rolls_are_those_of_the_positions(monkeypatch):
 
 
 def test_a_roll_for_each_shift_or_none(tmp_path):
-    table = {"shifts": [0.0, 1.0], "rolls": [1.0], "rail": {"profile": "60E1"}, "wheel": {"profile": "S1002"}}
+    table = {
+        "shifts": [0.0, 1.0],
+        "rolls": [1.0],
+        "rail": {"profile": "60E1"},
+        "wheel": {"profile": "S1002"},
+    }
     with pytest.raises(WrongInput, match="rolls: 1 of them, and 2 shifts: give one for each shift"):
         parse_specification(table, tmp_path / "mine.toml")
     for roll in (150.0, "much"):

@@ -51,7 +51,8 @@ def shares_held(n, n_x, n_s, finer):
 
 
 @pytest.mark.parametrize(
-    ("n", "n_x", "n_s", "finer"), [(300, 16, 20, 4), pytest.param(2000, 24, 31, 8, marks=pytest.mark.slow)]
+    ("n", "n_x", "n_s", "finer"),
+    [(300, 16, 20, 4), pytest.param(2000, 24, 31, 8, marks=pytest.mark.slow)],
 )
 def test_errors_of_elements_are_within_their_estimates_in_95_of_100_points(n, n_x, n_s, finer):
     assert min(shares_held(n, n_x, n_s, finer)) >= 0.95

@@ -43,7 +43,11 @@ def test_a_point_below_the_crown_of_a_revolved_body_has_the_angle_of_its_own_cir
 @pytest.mark.parametrize(
     ("body", "points", "reason"),
     [
-        (curved(-1), InnerPoints(1.0, 2.0, [0.5, -0.1]), "x = 1, s = 2, depth = -0.1 mm: above the surface"),
+        (
+            curved(-1),
+            InnerPoints(1.0, 2.0, [0.5, -0.1]),
+            "x = 1, s = 2, depth = -0.1 mm: above the surface",
+        ),
         (curved(-1), InnerPoints(0.0, 0.0, [1.0, np.nan]), "finite"),
         (curved(-1), InnerPoints(0.0, 0.0, [81.0]), "ends 80 mm from the contact centre"),
         (curved(-1), section_points([0.0, 5000.0], [1.0]), "s = 5000"),

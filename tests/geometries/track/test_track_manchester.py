@@ -45,7 +45,8 @@ def manchester():
 
 
 @pytest.mark.parametrize(
-    "shift", [-5.9, *(pytest.param(shift, marks=pytest.mark.slow) for shift in (-3.0, 0.0, 1.1, 4.7, 5.0))]
+    "shift",
+    [-5.9, *(pytest.param(shift, marks=pytest.mark.slow) for shift in (-3.0, 0.0, 1.1, 4.7, 5.0))],
 )
 def test_brute_force_finds_the_same_points(shift):
     layout = manchester()

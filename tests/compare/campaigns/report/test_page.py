@@ -104,7 +104,7 @@ def test_cost_has_the_fastest_and_the_slowest_scenes(curve):
 def with_advice(curve):
     advised = np.array([0.0, 0, 0, 1, 1, -1, np.nan])
     return curve.drop_vars(["error", "vanishes"]).assign(
-        advised=(("flank", "body"), np.stack([np.zeros(7), advised], axis=-1))
+        advised=(("flank", "body"), np.stack([np.zeros(7), advised], axis=-1)),
     )
 
 

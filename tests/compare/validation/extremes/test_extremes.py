@@ -10,7 +10,14 @@ from hypothesis import settings
 
 from compare.validation.extremes import analytic, engines
 from compare.validation.extremes import page as extremes
-from compare.validation.extremes.cases import HARMONIC, SOLID, BeyondLimit, Limit, WithinLimit, run_limits
+from compare.validation.extremes.cases import (
+    HARMONIC,
+    SOLID,
+    BeyondLimit,
+    Limit,
+    WithinLimit,
+    run_limits,
+)
 from compare.validation.extremes.engines import flat, on_outline, within_limit
 from femic.cache.store import Store
 from femic.cli.main import DONE, WRONG_INPUT, exit_code

@@ -262,7 +262,10 @@ def test_pressures_with_ics_are_drawn_where_finite_elements_have_theirs():
     s, s_fe = np.linspace(-2.0, 2.0, 9), np.linspace(-1.0, 1.0, 5)
     p = {"C": 100 - 10 * s, "A": 90 + 0 * s, "Bbar": np.nan * s}
     dataset = xr.Dataset(
-        {"p": (("case", "ics", "s"), [list(p.values())]), "p_fe": (("case", "s_fe"), [101 - 10 * s_fe])},
+        {
+            "p": (("case", "ics", "s"), [list(p.values())]),
+            "p_fe": (("case", "s_fe"), [101 - 10 * s_fe]),
+        },
         coords={
             "case": ("case", [58e3], {"units": "N"}),
             "ics": list(p),

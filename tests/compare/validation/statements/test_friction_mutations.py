@@ -73,8 +73,18 @@ def turned_back(self, approach):
 
 
 MUTATIONS = {  # what is wrong, where, and the statement that must say so
-    "sign of the longitudinal force": (RollingProblem, "weights", weights_with("longitudinal", -1), 35),
-    "friction three times as large": (FrictionalProblem, "bound", lambda self, p: 3 * BOUND(self, p), 36),
+    "sign of the longitudinal force": (
+        RollingProblem,
+        "weights",
+        weights_with("longitudinal", -1),
+        35,
+    ),
+    "friction three times as large": (
+        FrictionalProblem,
+        "bound",
+        lambda self, p: 3 * BOUND(self, p),
+        36,
+    ),
     "approach moves surfaces the other way": (Shift, "given_at", turned_back, 37),
 }
 

@@ -9,7 +9,13 @@ from compare.validation.statements.curves import ACROSS, CONCAVE, CONVEX, INDEPE
 from compare.validation.statements.page import STATEMENTS
 from compare.validation.statements.runs import GEOMETRIES
 from geometries.patches import N, S, X
-from tests.compare.validation.statements.handmade import Runs, made, runs_of, times, with_c
+from tests.compare.validation.statements.handmade import (
+    Runs,
+    made,
+    runs_of,
+    times,
+    with_c,
+)
 
 FIRST, SECOND = GEOMETRIES
 

@@ -81,9 +81,11 @@ def test_a_motion_is_along_its_axis_and_does_work_with_the_force_along_it(axis):
     moved = MovedICs(lambda p: 0 * p, problem.inclination, problem.grid.area, axis, 2e-6)
     p = np.random.default_rng(3).standard_normal((*problem.distance.shape, 3))
     sin, cos = np.sin(problem.inclination), np.cos(problem.inclination)
-    along = {"x": p[..., X], "y": p[..., S] * cos + p[..., N] * sin, "z": p[..., N] * cos - p[..., S] * sin}[
-        axis
-    ]
+    along = {
+        "x": p[..., X],
+        "y": p[..., S] * cos + p[..., N] * sin,
+        "z": p[..., N] * cos - p[..., S] * sin,
+    }[axis]
     force = np.sum(along) * problem.grid.area
     assert np.sum(moved(p) * p) * problem.grid.area == pytest.approx(2e-6 * force**2)
 

@@ -12,7 +12,12 @@ from compare.report.charts import simple_chart
 from compare.report.interactive import as_json
 from compare.validation.statements import page as verdicts
 from compare.validation.statements.direct_components import nn_error
-from compare.validation.statements.frame import NOT_DECIDED, REPRODUCED, Criterion, Statement
+from compare.validation.statements.frame import (
+    NOT_DECIDED,
+    REPRODUCED,
+    Criterion,
+    Statement,
+)
 from compare.validation.statements.page import STATEMENTS, assess
 from compare.validation.statements.runs import GEOMETRIES, Runs
 from femic.cache.store import Store

@@ -12,7 +12,14 @@ from femic.contact.loading import Loading
 from femic.contact.rolling import compressed
 from geometries.errors import WrongInput
 from geometries.patches import N
-from tests.femic.contact.friction_problems import MIXED, POINT, groove, law_errors, paraboloids, wheel_on
+from tests.femic.contact.friction_problems import (
+    MIXED,
+    POINT,
+    groove,
+    law_errors,
+    paraboloids,
+    wheel_on,
+)
 from tests.femic.contact.problems import STEEL
 
 LOAD = POINT.load

@@ -112,7 +112,10 @@ def test_c_is_perturbed_by_the_estimates_of_both_bodies(monkeypatch):
     estimates = {name: 0.01 * random.random(size.shape) * np.max(size) for name in ("lower", "upper")}
     made = {name: BodyICs(size / 2) for name in estimates}, sum(estimates.values())
     monkeypatch.setattr("femic.contact.pairs.ics.c_of_bodies", lambda *_: made)
-    c, p = (full_reference_ics(of, on_grid, RunOptions(), wheel_rolls=True), random.random((6, 4, 3)))
+    c, p = (
+        full_reference_ics(of, on_grid, RunOptions(), wheel_rolls=True),
+        random.random((6, 4, 3)),
+    )
     total = estimates["lower"] + estimates["upper"]
     np.testing.assert_allclose(
         c.perturbed(p) - c.operator(p), GridOperator.from_ics(total)(p), rtol=1e-6, atol=1e-12
@@ -126,7 +129,10 @@ def test_c_nn_is_perturbed_by_its_estimate(monkeypatch):
     nn = matrix("Bhat", of.pair, grid)[..., 2, 2]
     estimate = 0.01 * nn
     monkeypatch.setattr("femic.contact.pairs.ics.normal_ics", lambda *_: (nn, estimate))
-    c, p = (normal_reference_ics(of, on_grid, RunOptions()), np.random.default_rng(4).random((6, 4, 1)))
+    c, p = (
+        normal_reference_ics(of, on_grid, RunOptions()),
+        np.random.default_rng(4).random((6, 4, 1)),
+    )
     np.testing.assert_allclose(c.perturbed(p), 1.01 * c.operator(p))
     assert c.estimate == pytest.approx(0.01)
 

@@ -112,7 +112,11 @@ def test_a_sum_over_low_orders_and_an_integral_give_the_sum_over_all(radius, x):
 def test_weights_of_solved_wavenumbers_add_up_to_the_synthesis():
     """Responses known between the solved wavenumbers, too: what the weights leave of them."""
     axis = Axis(0.05, 30.0)
-    k, over, xi = (axis.scale * np.sinh(np.linspace(0, 7.2, 60)), integral(30.0), np.array([0.0, 0.4, 3.0]))
+    k, over, xi = (
+        axis.scale * np.sinh(np.linspace(0, 7.2, 60)),
+        integral(30.0),
+        np.array([0.0, 0.4, 3.0]),
+    )
     even, odd = synthesis_weights(axis, k, over, over.shares(0.2, xi))
     for direction in range(3):
         response = np.stack([k * np.exp(-k) if sine else np.exp(-k * k) for sine in SINES[:, direction]])
