@@ -39,7 +39,7 @@ DEAR = (
     "tests/femic/interface/test_contact.py",
     "tests/geometries/track/test_track_shifts.py",
     "tests/femic/cache/test_store.py",
-    "tests/femic/cli/test_registered_engine.py",
+    "tests/femic/cli/test_registered.py",
     "tests/femic/cli/test_cli.py",
     "tests/test_attack.py",
     "tests/test_docs.py",

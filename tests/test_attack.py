@@ -1,8 +1,9 @@
 """The quickest attacks of `make attack`, and the detection of shortcomings by them."""
 
 import random
-from itertools import islice
+from itertools import chain
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import fuzz
 import names
@@ -32,52 +33,56 @@ def place():
         yield temporary
 
 
-def short(outcomes):
-    return [(outcome.attack, outcome.short) for outcome in outcomes if outcome.short]
+def judged(outcomes, *answers):
+    """No outcome falls short, and the answers are among them."""
+    outcomes = list(outcomes)
+    assert not [(outcome.attack, outcome.short) for outcome in outcomes if outcome.short]
+    assert {*answers} <= {outcome.answer for outcome in outcomes}
+    return outcomes
 
 
-@pytest.mark.parametrize("count", [8, pytest.param(60, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("change", ["scenes", "campaigns", "tables", "gaps"])
-def test_changed_files_are_taken_or_refused(change, count, tmp_path):
-    outcomes = list(getattr(fuzz, change)(tmp_path, count, SEED))
-    assert not short(outcomes)
-    assert {"taken", "refused"} <= {outcome.answer for outcome in outcomes}
+CHANGES = ("scenes", "campaigns", "tables", "gaps")
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_changed_files_are_taken_or_refused(change, tmp_path, monkeypatch):
+    """Without the plan of the first scene: the slow test has it."""
+    monkeypatch.setattr(fuzz, "exit_code", lambda _: 0)
+    judged(getattr(fuzz, change)(tmp_path, 8, SEED), "taken", "refused")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("change", CHANGES)
+def test_many_changed_files_are_taken_or_refused(change, tmp_path):
+    judged(getattr(fuzz, change)(tmp_path, 60, SEED), "taken", "refused")
 
 
 def test_hostile_texts_and_names_do_no_harm(tmp_path):
-    outcomes = [*names.pages(tmp_path / "pages", 12, SEED), *names.names(tmp_path / "names", 12, SEED)]
-    assert not short(outcomes)
-    assert {"taken", "refused"} <= {outcome.answer for outcome in outcomes}
+    hostile = names.pages(tmp_path / "pages", 12, SEED), names.names(tmp_path / "names", 12, SEED)
+    judged(chain(*hostile), "taken", "refused")
 
 
 @pytest.mark.parametrize("attack", [shifts, stresses])
 def test_changed_wheelsets_and_stresses_are_taken_or_refused(attack, tmp_path, monkeypatch):
-    """Without the first of each, which is solved: the slow test has them."""
-    monkeypatch.setattr(f"{attack.__module__}.SOLVED", 1000)
-    monkeypatch.setattr(stresses.__module__ + ".WHOLE", 1000)
-    outcomes = list(islice(attack(tmp_path, 30, SEED), 1, None))
-    assert not short(outcomes)
-    assert {"taken", "refused"} <= {outcome.answer for outcome in outcomes}
+    """None is solved: the slow test has one of each."""
+    monkeypatch.setattr("wheelsets._solved", lambda _: "taken")
+    monkeypatch.setattr("stresses._run", lambda *_: "taken")
+    monkeypatch.setattr("stresses.SOLVED", 1000)
+    judged(attack(tmp_path, 30, SEED), "taken", "refused")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("attack", "answer"), [(shifts, "solved"), (stresses, "run")])
 def test_some_wheelsets_and_stresses_are_solved(attack, answer, tmp_path):
-    outcomes = list(attack(tmp_path, 1, SEED + 1))
-    assert not short(outcomes)
-    assert [outcome.answer for outcome in outcomes] == [answer]
+    judged(attack(tmp_path, 1, SEED + 1), answer)
 
 
 def test_labelled_arrays_give_the_same_in_any_order(tmp_path):
-    outcomes = list(labels(tmp_path, 7, SEED))
-    assert not short(outcomes)
-    assert {outcome.answer for outcome in outcomes} == {"the same"}
+    assert {outcome.answer for outcome in judged(labels(tmp_path, 7, SEED))} == {"the same"}
 
 
 def test_strange_contacts_obey_mechanics():
-    outcomes = list(contacts(12, SEED))
-    assert not short(outcomes)
-    assert sum(outcome.answer == "solved" for outcome in outcomes) > 4
+    assert sum(outcome.answer == "solved" for outcome in judged(contacts(12, SEED))) > 4
 
 
 # --- commands --------------------------------------------------------------------------------------------
@@ -87,25 +92,15 @@ QUICK = [command for command in COMMANDS if command.name in ("rolling", "compres
 
 # of a store: tests/femic/cache; of data sets and campaigns: tests/compare/campaigns
 @pytest.mark.slow
-def test_killed_command_continues(place):
-    assert not short(kills(place, 1, SEED, QUICK[:1]))
-
-
-@pytest.mark.slow
-def test_damaged_files_are_recomputed(place):
-    """A file of results and one of the store."""
-    assert not short(damages(place, 2, SEED, QUICK[:1]))
-
-
-@pytest.mark.slow
-def test_files_of_both_commands_are_recomputed_after_several_damages(place):
-    assert not short(damages(place, 6, SEED, QUICK))
+@pytest.mark.parametrize(("attack", "commands"), [(kills, QUICK[:1]), (damages, QUICK)])
+def test_killed_commands_continue_and_damaged_files_are_recomputed(attack, commands, place):
+    """Of results and of the store."""
+    judged(attack(place, 1 if attack is kills else 6, SEED, commands))
 
 
 @pytest.mark.slow
 def test_two_commands_in_one_folder_do_not_mix_results(place):
-    (outcome,) = races(place, 1, SEED, QUICK[:1])
-    assert not outcome.short
+    (outcome,) = judged(races(place, 1, SEED, QUICK[:1]))
     assert outcome.answer in ("done and refused", "done and done")
 
 
@@ -126,13 +121,17 @@ def test_changed_results_and_broken_files_are_noticed(place):
     assert rolling.differences(at, reference) == "contact.nc: is missing"
 
 
-def test_tracebacks_and_crashes_are_noticed():
-    assert (
-        Ended(1, "Traceback (most recent call last):\n  x\nKeyError: 3").trouble == "traceback: KeyError: 3"
-    )
-    assert Ended(-11, "").trouble == "exit code -11"
-    assert Ended(2, "femic: no").trouble == ""
-    assert Ended(2, "femic: no").failure == "exit code 2: femic: no"
+@pytest.mark.parametrize(
+    ("ended", "trouble", "failure"),
+    [
+        (Ended(1, "Traceback (most recent call last):\n  x\nKeyError: 3"), "traceback: KeyError: 3", None),
+        (Ended(-11, ""), "exit code -11", None),
+        (Ended(2, "femic: no"), "", "exit code 2: femic: no"),
+    ],
+)
+def test_tracebacks_and_crashes_are_noticed(ended, trouble, failure):
+    assert ended.trouble == trouble
+    assert failure in (None, ended.failure)
 
 
 @pytest.mark.parametrize("damage", DAMAGES, ids=lambda damage: damage.__name__)
@@ -147,19 +146,18 @@ def test_damages_change_files(damage, tmp_path):
 # --- what is said ----------------------------------------------------------------------------------------
 
 
-def test_tracebacks_wrong_values_and_silence_fall_short():
-    def fails(error):
-        raise error
-
-    answers = {
-        "traceback": (KeyError("3"), "KeyError: '3'"),
-        "wrong": (AssertionError("read as 4"), "read as 4"),
-        "refused": (WrongInput(" "), "without a message"),
-    }
-    for answer, (error, text) in answers.items():
-        assert fuzz.outcome("a", lambda error=error: fails(error)) == Outcome("a", answer, text)
+@pytest.mark.parametrize(
+    ("error", "answer", "short"),
+    [
+        (KeyError("3"), "traceback", "KeyError: '3'"),
+        (AssertionError("read as 4"), "wrong", "read as 4"),
+        (WrongInput(" "), "refused", "without a message"),
+        (WrongInput("a = 3: give 4"), "refused", ""),
+    ],
+)
+def test_tracebacks_wrong_values_and_silence_fall_short(error, answer, short):
+    assert fuzz.outcome("a", Mock(side_effect=error)) == Outcome("a", answer, short)
     assert fuzz.outcome("a", lambda: "refused").short == "without a message"
-    assert fuzz.outcome("a", lambda: fails(WrongInput("a = 3: give 4"))) == Outcome("a", "refused")
 
 
 def test_row_lists_shortcomings():

@@ -17,20 +17,22 @@ CALCULIX_MIDDLES = {4: (0, 1), 5: (1, 2), 6: (2, 0), 7: (0, 3), 8: (1, 3), 9: (2
 CALCULIX_SIDES = {1: (0, 1, 2), 2: (0, 3, 1), 3: (1, 3, 2), 4: (2, 3, 0)}  # its manual, *SURFACE
 
 
-def coarse(body):
+def coarse(side, rolling_radius=np.inf):
+    """A coarse mesh of a body."""
+    domain, steel = Domain(FAR, LENGTH), Material(210e3, 0.3)
+    body = Body(side, arc(RADIUS, 0.7, 0.5), steel, domain, rolling_radius=rolling_radius)
     points = body.surface.position(np.array([0.0, 0.8]), np.array([2.8, 2.8]))
     return meshing.mesh(body, meshing.Fineness(0.5, 0.6, points), PATCH)
 
 
 @pytest.fixture(scope="module")
 def rail():
-    return coarse(Body(-1, arc(RADIUS, 0.7, 0.5), Material(210e3, 0.3), Domain(FAR, LENGTH)))
+    return coarse(-1)
 
 
 @pytest.fixture(scope="module")
 def wheel():
-    body = Body(+1, arc(RADIUS, 0.7, 0.5), Material(210e3, 0.3), Domain(FAR, LENGTH), rolling_radius=100.0)
-    return coarse(body)
+    return coarse(+1, 100.0)
 
 
 def test_cells_fill_the_section_times_the_length(rail):
@@ -65,10 +67,8 @@ def test_mid_side_nodes_have_the_order_of_calculix(rail):
 
 
 def test_patch_is_made_of_whole_faces(rail):
-    faces = rail.faces_in(PATCH)
-    corners = rail.chart[faces[:, :3]]
-    sides = corners[:, 1:] - corners[:, :1]
-    areas = np.abs(np.linalg.det(sides)) / 2
+    corners = rail.chart[rail.faces_in(PATCH)[:, :3]]
+    areas = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 2
     assert np.sum(areas) == pytest.approx(PATCH.length * (PATCH.s_end - PATCH.s_start), rel=1e-9)
 
 
@@ -131,12 +131,12 @@ def test_element_faces_are_the_loaded_ones(rail):
 
 
 def test_quadratic_fields_are_read_exactly(rail):
-    xi, s = rail.chart.T
-    field = 1 + 2 * xi - s + 0.3 * xi**2 - 0.7 * xi * s + 0.1 * s**2
+    def field(xi, s):
+        return 1 + 2 * xi - s + 0.3 * xi**2 - 0.7 * xi * s + 0.1 * s**2
+
     for at in ((0.0, 2.8), (0.37, 3.1), (0.8, 2.0)):
         nodes, weights = rail.interpolation(*at)
-        expected = 1 + 2 * at[0] - at[1] + 0.3 * at[0] ** 2 - 0.7 * at[0] * at[1] + 0.1 * at[1] ** 2
-        assert weights @ field[nodes] == pytest.approx(expected, abs=1e-9)
+        assert weights @ field(*rail.chart.T)[nodes] == pytest.approx(field(*at), abs=1e-9)
 
 
 def test_input_has_every_node_and_cell_once(rail):

@@ -30,20 +30,19 @@ def pair(short, angle=None, end=90.0, **facts):
     return {"short": short, "crossings": {"A": {"p_max": {"0.05": found | facts}}}}
 
 
-def test_the_reach_is_that_of_the_worst_and_of_the_best_pair():
-    of = [pair("middle", 60.0), pair("worst", 41.0), pair("best", 75.0)]
-    assert decision_page.reach(of, "A", WANTED) == "41\u00a0±\u00a03°\u00a0…\u00a075\u00a0±\u00a03°"
-
-
-@pytest.mark.parametrize(("end", "last"), [(90.0, ">\u00a090°"), (30.0, "60\u00a0±\u00a03°")])
-def test_a_pair_that_never_fails_is_the_best_where_it_goes_further(end, last):
-    of = [pair("first", 50.0), pair("other", 60.0), pair("none", None, end)]
-    assert decision_page.reach(of, "A", WANTED) == f"50\u00a0±\u00a03°\u00a0…\u00a0{last}"
-
-
-def test_ics_that_never_fail_are_good_everywhere_and_those_not_solved_are_left_out():
-    assert decision_page.reach([pair("x"), pair("y", end=80.0)], "A", WANTED) == "all,\u00a0to\u00a090°"
-    assert decision_page.reach([pair("x")], "mix", WANTED) == ""
+@pytest.mark.parametrize(
+    ("of", "ics", "text"),
+    [
+        ((("middle", 60.0), ("worst", 41.0), ("best", 75.0)), "A", "41 ± 3° … 75 ± 3°"),
+        ((("first", 50.0), ("other", 60.0), ("none", None, 90.0)), "A", "50 ± 3° … > 90°"),
+        ((("first", 50.0), ("other", 60.0), ("none", None, 30.0)), "A", "50 ± 3° … 60 ± 3°"),
+        ((("x",), ("y", None, 80.0)), "A", "all, to 90°"),
+        ((("x",),), "mix", ""),
+    ],
+)
+def test_the_reach_is_that_of_the_worst_and_of_the_best_pair(of, ics, text):
+    """A pair that never fails is the best where it goes further; those not solved are left out."""
+    assert decision_page.reach([pair(*each) for each in of], ics, WANTED) == text.replace(" ", "\u00a0")
 
 
 def test_crossings_say_if_they_were_before_and_if_the_error_comes_back():
@@ -57,28 +56,29 @@ def test_crossings_say_if_they_were_before_and_if_the_error_comes_back():
 def solved_numbers():
     """Errors and crossings of all pairs, and of rolling by friction."""
     rolling = [of for pair in NUMBERS["rolling"].values() for of in pair["frictions"].values()]
-    everything = [*NUMBERS["pairs"].values(), *rolling]
-    for solved in everything:
+    for solved in (*NUMBERS["pairs"].values(), *rolling):
         for ics, numbers in solved["crossings"].items():
             for number, by_tolerance in numbers.items():
                 for tolerance, found in by_tolerance.items():
-                    yield solved, solved["errors"][ics][number], float(tolerance), found
+                    yield (
+                        solved["loads"],
+                        np.abs(solved["errors"][ics][number])[:, 0],
+                        float(tolerance),
+                        found,
+                    )
 
 
 def test_each_crossing_of_the_page_is_between_errors_within_and_beyond_its_tolerance():
-    for solved, errors, tolerance, found in solved_numbers():
-        sizes, loads = np.abs(errors)[:, 0], np.array(solved["loads"])
+    for loads, errors, tolerance, found in solved_numbers():
         if found["at"] is None:
-            assert np.all(sizes <= tolerance)
+            assert np.all(errors <= tolerance)
         elif not found["before"]:
-            beyond = sizes >= 0.999 * tolerance
+            beyond = errors >= 0.999 * tolerance
             number = int(np.argmax(beyond))
             assert beyond[number]
             assert loads[number - 1] <= found["at"]["load"] <= loads[number]
-            accuracy = (
-                0.15 * tolerance
-            )  # loads are solved for to 8 % with friction, and edges move by elements
-            assert abs(found["at"]["error"]) == pytest.approx(tolerance, abs=accuracy)
+            # loads are solved for to 8 % with friction, and edges move by elements
+            assert abs(found["at"]["error"]) == pytest.approx(tolerance, rel=0.15)
 
 
 def test_errors_of_the_readme_are_those_of_the_page_and_forces_are_shares_of_themselves():
@@ -93,17 +93,14 @@ def test_errors_of_the_readme_are_those_of_the_page_and_forces_are_shares_of_the
 
 def test_the_figure_marks_each_crossing_of_five_percent():
     panels = [axes for part in decision_page.draw(NUMBERS).subfigs for axes in part.axes]
-    marks = {
-        axes.get_title(): sum(len(line.get_xdata()) for line in axes.lines if line.get_linestyle() == "None")
-        for axes in panels
-    }
-    of_pairs = [of["crossings"]["A"]["p_max"]["0.05"] for of in NUMBERS["pairs"].values()]
-    assert marks["p_max with A, without friction"] == sum(
-        bool(of["at"]) and not of["before"] for of in of_pairs
-    )
     assert len(panels) == 4
+    (shown,) = (axes for axes in panels if axes.get_title() == "p_max with A, without friction")
+    marks = sum(len(line.get_xdata()) for line in shown.lines if line.get_linestyle() == "None")
+    of_pairs = [of["crossings"]["A"]["p_max"]["0.05"] for of in NUMBERS["pairs"].values()]
+    assert marks == sum(bool(of["at"]) and not of["before"] for of in of_pairs)
 
 
+@pytest.fixture
 def two_rolling_pairs():
     """The stored numbers with a second pair that rolls with friction 0.4 alone: half the errors of forces."""
     of = copy.deepcopy(NUMBERS["rolling"]["rolling"]["frictions"]["0.4"])
@@ -113,27 +110,25 @@ def two_rolling_pairs():
     return NUMBERS | {"rolling": {"rolling": NUMBERS["rolling"]["rolling"], "another": second}}
 
 
-def test_rows_of_forces_name_their_pair_and_its_own_errors():
-    values = two_rolling_pairs()
+def test_rows_of_forces_name_their_pair_and_its_own_errors(two_rolling_pairs):
     template = write_docs.environment().get_template("decide/which-ics.md.j2")
-    text = template.render(**write_docs.stored_numbers() | {"decisions": values})
+    text = template.render(**write_docs.stored_numbers() | {"decisions": two_rolling_pairs})
     rows = [line for line in text.splitlines() if line.startswith(("| another, ", "| `rolling`, "))]
     assert sum(row.startswith("| another, ") for row in rows) == 2 * 4  # ICs, in both tables
     assert sum(row.startswith("| `rolling`, ") for row in rows) == 2 * 3 * 4
-    errors = [
-        decision_page.nearest(values, f"{name} 0.4", "angles", 180.0)["errors"]["A"]["half"]["error"]
-        for name in ("rolling", "another")
-    ]
-    assert errors[1] == pytest.approx(errors[0] / 2)
+    pairs = [f"{name} 0.4" for name in ("rolling", "another")]
+    solved = [decision_page.nearest(two_rolling_pairs, pair, "angles", 180.0)["errors"] for pair in pairs]
+    rolling, another = (errors["A"]["half"]["error"] for errors in solved)
+    assert another == pytest.approx(rolling / 2)
     (row,) = (row for row in rows if row.startswith("| another, ") and "°, 0.4, A |" in row)
-    assert f"| {100 * errors[1]:+.1f}".replace("-", "−") in row
+    assert f"| {100 * another:+.1f}".replace("-", "−") in row
     assert "of 2 wheels on one rail" in text
 
 
-def test_the_reach_of_forces_is_over_all_pairs_that_roll():
+def test_the_reach_of_forces_is_over_all_pairs_that_roll(two_rolling_pairs):
     """A second pair whose error passes 5 % at 12 degrees is the worst."""
-    values = two_rolling_pairs()
-    of = values["rolling"]["another"]["frictions"]["0.4"]["crossings"]["A"]["free"]["0.05"]
+    of = two_rolling_pairs["rolling"]["another"]["frictions"]["0.4"]["crossings"]["A"]["free"]["0.05"]
     of |= {"at": deviation(12.0), "estimate": 0.9, "before": False, "stays": True}
-    row = next(row for row in decision_page.decision_rows(values) if "rolling freely" in row["wanted"])
+    rows = decision_page.decision_rows(two_rolling_pairs)
+    row = next(row for row in rows if "rolling freely" in row["wanted"])
     assert row["A"].startswith("12\u00a0±\u00a01°")

@@ -44,11 +44,6 @@ def prose(page):
     return re.sub(r"^ *```.*?^ *```$", "", (ROOT / page).read_text("utf-8"), flags=re.DOTALL | re.MULTILINE)
 
 
-def quoted(page):
-    """All that stands in backticks on a page."""
-    return set(re.findall(r"`([^`\n]+)`", prose(page)))
-
-
 def anchors(page):
     """The anchors of a page's headings, as code hosts make them."""
     headings = re.findall(r"^#+ (.*)$", prose(page), flags=re.MULTILINE)
@@ -65,25 +60,21 @@ def resolves(name):
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_links_lead_somewhere(page):
+def test_links_files_and_names_of_a_page_exist(page):
     for target in re.findall(r"\]\(([^)\s]+)\)", prose(page)):
-        if "://" in target:
-            continue
-        path, _, anchor = target.partition("#")
-        linked = ((ROOT / page).parent / path).resolve() if path else ROOT / page
-        assert linked.exists(), target
-        assert not anchor or anchor in anchors(linked.relative_to(ROOT)), target
-
-
-@pytest.mark.parametrize("page", PAGES)
-def test_files_and_names_in_the_text_exist(page):
-    for text in quoted(page):
+        if "://" not in target:
+            path, _, anchor = target.partition("#")
+            linked = ((ROOT / page).parent / path).resolve() if path else ROOT / page
+            assert linked.exists(), target
+            assert not anchor or anchor in anchors(linked.relative_to(ROOT)), target
+    for text in set(re.findall(r"`([^`\n]+)`", prose(page))):  # all that stands in backticks
         if re.fullmatch(rf"({'|'.join(FOLDERS)})/[\w./-]*", text):
             assert (ROOT / text).exists(), text
         if re.fullmatch(rf"({'|'.join(PACKAGES)})(\.\w+)+", text) and not (ROOT / text).exists():
             assert resolves(text), text
 
 
+@pytest.fixture(scope="module")
 def product():
     """The source of the product: code, scenes, templates."""
     kinds = ("*.py", "*.toml", "*.j2")
@@ -91,112 +82,112 @@ def product():
     return "\n".join(path.read_text("utf-8") for path in paths)
 
 
-def test_pages_that_the_code_names_exist():
-    named = set(re.findall(r"docs/[\w/-]+\.md", product()))
+def test_pages_that_the_code_names_exist(product):
+    named = set(re.findall(r"docs/[\w/-]+\.md", product))
     assert len(named) > 5
     assert not [page for page in named if not (ROOT / page).exists()]
 
 
-def test_names_of_the_glossary_are_in_the_code():
+def test_names_of_the_glossary_are_in_the_code(product):
     """Dotted names can be imported; others are words of the product's source."""
-    words = set(re.findall(r"\w+", product()))
+    words = set(re.findall(r"\w+", product))
     rows = re.findall(r"^\|(.*)\|$", prose("docs/reference/glossary.md"), flags=re.MULTILINE)
     names = {name for row in rows for name in re.findall(r"`([^`]+)`", row.rsplit("|", 1)[-1])}
     assert len(names) > 50
-    missing = [name for name in names if not (resolves(name) if "." in name else name in words)]
-    assert not missing
+    assert not [name for name in names if not (resolves(name) if "." in name else name in words)]
 
 
-def test_pages_with_computed_numbers_are_not_written_by_hand():
-    pages = runpy.run_path(str(ROOT / "tools/write_docs.py"))["pages"]()
+# --- computed pages -------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def write_docs():
+    """The names of the tool that writes computed pages."""
+    return runpy.run_path(str(ROOT / "tools/write_docs.py"))
+
+
+def test_pages_with_computed_numbers_and_the_table_of_the_readme_are_not_written_by_hand(write_docs):
+    pages = write_docs["pages"]()
     assert set(pages) == {
-        "reference/command-line.md",
-        "reference/scene-keys.md",
-        "decide/ics-tables.md",
-        "decide/stresses.md",
-        "decide/which-ics.md",
-        "evidence/advice.md",
-        "evidence/validation.md",
-        "evidence/extremes.md",
+        *("reference/command-line.md", "reference/scene-keys.md", "decide/ics-tables.md"),
+        *("decide/stresses.md", "decide/which-ics.md"),
+        *("evidence/advice.md", "evidence/validation.md", "evidence/extremes.md"),
     }
     for name, text in pages.items():
         assert (ROOT / "docs" / name).read_text(encoding="utf-8") == text, f"{name}: run tools/write_docs.py"
-
-
-def test_the_table_of_the_readme_is_not_written_by_hand():
-    text = runpy.run_path(str(ROOT / "tools/write_docs.py"))["readme"]()
+    text = write_docs["readme"]()
     assert text.count("| ± ") > 5
     assert (ROOT / "README.md").read_text(encoding="utf-8") == text, "run tools/write_docs.py"
 
 
 @pytest.mark.slow  # the numbers take long: they follow the code at the end of a piece of work
-def test_pages_were_computed_by_this_code():
-    outdated = runpy.run_path(str(ROOT / "tools/write_docs.py"))["outdated"]()
+def test_pages_were_computed_by_this_code(write_docs):
+    outdated = write_docs["outdated"]()
     assert not outdated, f"{outdated}: run make docs"
 
 
 @pytest.fixture
-def docs(tmp_path):
+def docs(write_docs, tmp_path):
     """The tool, with numbers and templates of our own."""
-    numbers, templates = tmp_path / "numbers", tmp_path / "templates"
-    numbers.mkdir()
-    templates.mkdir()
-    by = {"code": results_digest(*STUDY_FOLDERS)}
-    parts = {"a": by | {"versions": {"numpy": "9.9"}, "value": 1}, "b": {"x": by | {"y": 2}}}
-    for name, values in parts.items():
-        (numbers / f"{name}.json").write_text(json.dumps(values), encoding="utf-8")
-    (templates / "both.md.j2").write_text("{{ a.value }}{{ b.x.y }}\n", encoding="utf-8")
-    (templates / "second.md.j2").write_text("{{ b.x.y }}\n", encoding="utf-8")
-    tool = runpy.run_path(str(ROOT / "tools/write_docs.py"))
-    tool["pages"].__globals__.update(NUMBERS=numbers, TEMPLATES=templates)
-    return tool, numbers
+    code = {"code": results_digest(*STUDY_FOLDERS)}
+    files = {
+        "a.json": json.dumps(code | {"versions": {"numpy": "9.9"}, "value": 1}),
+        "b.json": json.dumps({"x": code | {"y": 2}}),
+        "both.md.j2": "{{ a.value }}{{ b.x.y }}\n",
+        "second.md.j2": "{{ b.x.y }}\n",
+    }
+    for name, text in files.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    write_docs["pages"].__globals__.update(NUMBERS=tmp_path, TEMPLATES=tmp_path)
+    return write_docs
 
 
 def test_pages_say_what_computed_their_numbers(docs):
-    tool, _ = docs
-    first, last = tool["pages"]()["both.md"].strip().split("\n\n")
+    first, last = docs["pages"]()["both.md"].strip().split("\n\n")
     assert first == "12"
     code = results_digest(*STUDY_FOLDERS)
     assert f"a by code {code}, numpy 9.9; b by code {code}" in last
 
 
 @pytest.mark.parametrize("other", ["0123456789ab", None])
-def test_pages_of_other_code_are_named(docs, other, capsys):
-    tool, numbers = docs
-    assert tool["outdated"]() == {}
-    assert tool["checked"]() == 0
+def test_pages_of_other_code_are_named(docs, other, tmp_path, capsys):
+    assert docs["outdated"]() == {}
+    assert docs["checked"]() == 0
     old = {"code": other} if other else {}
-    (numbers / "a.json").write_text(json.dumps({"value": 1, "x": {}} | old), encoding="utf-8")
-    assert list(tool["outdated"]()) == ["both.md"]
-    assert tool["checked"]() == 1
+    (tmp_path / "a.json").write_text(json.dumps({"value": 1, "x": {}} | old), encoding="utf-8")
+    assert list(docs["outdated"]()) == ["both.md"]
+    assert docs["checked"]() == 1
     assert f"both.md: docs/numbers/a.json by code {other or 'unknown'}" in capsys.readouterr().err
 
 
-@pytest.fixture(scope="module")
-def quick_start(tmp_path_factory):
-    """Names of docs/how-to/python.md, which runs once; a minute."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(tmp_path_factory.mktemp("docs"))
-        return run_blocks("docs/how-to/python.md")
+# --- blocks ---------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
-def test_the_quick_start_runs(quick_start):
-    blocks, names = quick_start
+@pytest.mark.slow  # a minute
+def test_the_quick_start_runs(tmp_path, monkeypatch):
+    """A wheel that is driven pushes; stiffness goes like the ICs; the sides of a wheelset are alike."""
+    monkeypatch.chdir(tmp_path)
+    blocks, names = run_blocks("docs/how-to/python.md")
     assert blocks == 15
-    errors = names["errors"].error.sel(variant="C", j="n")
-    assert np.all(errors <= 0.1)
+    assert np.all(names["errors"].error.sel(variant="C", j="n") <= 0.1)
     assert names["fitted"].fit.rms.item() < 0.1
-
-
-CONTACTS = ("solve_contact", "compute_shifts")
+    np.testing.assert_allclose(names["pressed"]["load"].sel(case=4e3), 4e3, rtol=1e-6)
+    assert np.all(np.diff(names["curve"].F_x.sel(ics="C").squeeze().values) > 0)
+    assert np.all(names["curve"].zero_creepage < 0)
+    stiff, soft = (names["compressed"].approach.sel(ics=name).squeeze() for name in ("Bhat", "mine"))
+    assert np.all(soft > stiff)
+    # the written standard is read with the rms error it is smoothed by
+    assert np.sqrt(np.mean(names["measured"].data.residual.values ** 2)) == pytest.approx(0.005, rel=1e-3)
+    left, right = (names["study"].p_max.sel({"shift": 0.0, "side": side}) for side in ("left", "right"))
+    np.testing.assert_allclose(left, right, rtol=1e-9)
+    assert names["study"].conicity == pytest.approx(1 / 20, rel=0.05)  # of a cone
 
 
 def test_the_quick_start_runs_with_b_hat_as_c_and_without_contacts(tmp_path, monkeypatch):
     """Contacts: tests/femic/interface/test_contact.py and the pages below."""
     monkeypatch.chdir(tmp_path)
     b_hat_as_c(monkeypatch)
-    blocks, names = run_blocks("docs/how-to/python.md", CONTACTS)
+    blocks, names = run_blocks("docs/how-to/python.md", without=("solve_contact", "compute_shifts"))
     assert blocks == 15
     errors = names["errors"].error
     assert np.all(errors.sel(variant="C", j="n") <= 0.1)
@@ -216,28 +207,6 @@ def test_the_quick_start_needs_few_imports_and_rolling_few_lines():
     assert "import femic" in rolling
 
 
-@pytest.mark.slow
-def test_contacts_of_the_quick_start_follow_their_loads(quick_start):
-    """A wheel that is driven pushes; sliding shares shrink as the load grows; stiffness goes like the ICs."""
-    _, names = quick_start
-    np.testing.assert_allclose(names["pressed"]["load"].sel(case=4e3), 4e3, rtol=1e-6)
-    force = names["curve"].F_x.sel(ics="C").squeeze().values
-    assert np.all(np.diff(force) > 0)
-    assert np.all(names["curve"].zero_creepage < 0)
-    stiff, soft = (names["compressed"].approach.sel(ics=name).squeeze() for name in ("Bhat", "mine"))
-    assert np.all(soft > stiff)
-
-
-@pytest.mark.slow
-def test_profiles_of_the_quick_start_are_on_a_wheelset_whose_sides_are_alike(quick_start):
-    """The written standard is read with the rms error it is smoothed by; the middle has no side."""
-    _, names = quick_start
-    assert np.sqrt(np.mean(names["measured"].data.residual.values ** 2)) == pytest.approx(0.005, rel=1e-3)
-    left, right = (names["study"].p_max.sel({"shift": 0.0, "side": side}) for side in ("left", "right"))
-    np.testing.assert_allclose(left, right, rtol=1e-9)
-    assert names["study"].conicity == pytest.approx(1 / 20, rel=0.05)  # of a cone
-
-
 def test_rolling_example_has_consistent_forces():
     """Driven it pushes the wheel on; its creepage without force is below 0; tractions add up to forces."""
     blocks, names = run_blocks("docs/how-to/rolling.md")
@@ -245,8 +214,7 @@ def test_rolling_example_has_consistent_forces():
     assert blocks == 1
     assert rolled.F_x.sel(xi=1e-3) > 1e4
     assert rolled.zero_creepage < 0
-    force = names["p_x"].sum().item() * 0.6 * 0.5
-    assert force == pytest.approx(0.5 * 0.3 * 1e5, rel=1e-3)
+    assert names["p_x"].sum().item() * 0.6 * 0.5 == pytest.approx(0.5 * 0.3 * 1e5, rel=1e-3)
 
 
 def test_distances_for_contact_are_those_of_the_surfaces_less_the_approach(tmp_path, monkeypatch):
@@ -271,9 +239,14 @@ def test_the_block_of_the_readme_runs(tmp_path, monkeypatch):
     assert p_max.sel(ics="A") > p_max.sel(ics="Bhat") + estimate.sum()
 
 
+def scene_in(page):
+    """The one scene of a page."""
+    (scene,) = re.findall(r"^```toml\n(.*?)^```$", (ROOT / page).read_text("utf-8"), re.DOTALL | re.MULTILINE)
+    return scene
+
+
 def test_the_first_contact_is_a_scene_whose_ics_disagree(tmp_path, monkeypatch):
-    text = (ROOT / "docs/start/first-contact.md").read_text(encoding="utf-8")
-    (scene,) = re.findall(r"^```toml\n(.*?)^```$", text, flags=re.DOTALL | re.MULTILINE)
+    scene = scene_in("docs/start/first-contact.md")
     monkeypatch.chdir(tmp_path)
     Path("corner.toml").write_text(scene, encoding="utf-8")
     assert exit_code(["contact", "corner.toml"]) == 0
@@ -286,9 +259,8 @@ def test_the_first_contact_is_a_scene_whose_ics_disagree(tmp_path, monkeypatch):
 
 
 def test_the_smallest_scene_of_the_reference_is_a_scene():
-    text = (ROOT / "docs/reference/scene-keys.md").read_text(encoding="utf-8")
-    (scene,) = re.findall(r"^```toml\n(.*?)^```$", text, flags=re.DOTALL | re.MULTILINE)
-    assert scene_from_table(tomllib.loads(scene), "smallest").bodies["upper"].rolling_radius == 500
+    table = tomllib.loads(scene_in("docs/reference/scene-keys.md"))
+    assert scene_from_table(table, "smallest").bodies["upper"].rolling_radius == 500
 
 
 def test_the_reference_has_every_key():

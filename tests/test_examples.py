@@ -64,26 +64,23 @@ def names():
     return [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in examples]
 
 
+@pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")
 @pytest.mark.parametrize("name", names())
-def test_the_picture_shows_the_curves(name, outcome):
+def test_the_picture_shows_the_curves_and_a_second_run_from_the_shell_solves_nothing(
+    name, outcome, monkeypatch
+):
     out, _ = outcome(name)
-    pixels = imread(out / f"{name}.png")[..., :3]
+    picture = out / f"{name}.png"
+    pixels = imread(picture)[..., :3]
     for variant in DRAWS.get(name, ("A", "B", "Bhat", "C")):
         drawn = np.all(np.abs(pixels - to_rgb(line_style(OWN[variant])["color"])) < 1 / 255, axis=-1)
         assert np.count_nonzero(drawn) > DRAWN, variant
-
-
-@pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")
-@pytest.mark.parametrize("name", names())
-def test_a_second_run_from_the_shell_solves_nothing_again(name, outcome, monkeypatch):
-    out, _ = outcome(name)
-    before = solved(out)
-    (out / f"{name}.png").unlink()
-    path = str(EXAMPLES / f"{name}.py")
+    before, path = solved(out), str(EXAMPLES / f"{name}.py")
+    picture.unlink()
     keys = [word for key, value in KEYS.get(name, {}).items() for word in (f"--{key}", str(value))]
     monkeypatch.setattr("sys.argv", [path, "--out", str(out), "--tolerance", str(COARSE), *keys])
     runpy.run_path(path, run_name="__main__")
-    assert (out / f"{name}.png").is_file()
+    assert picture.is_file()
     assert before == solved(out) != {}
 
 
@@ -133,9 +130,7 @@ KNOWN = 0.003  # tolerance with which the difference of the wheels is known
 
 
 @pytest.mark.slow
-def test_c_of_the_elliptic_wheel_differs_from_the_arc_by_a_quarter_percent(
-    tmp_path,
-):
+def test_c_of_the_elliptic_wheel_differs_from_the_arc_by_a_quarter_percent(tmp_path):
     result = script("elliptic_wheel").main(out=tmp_path, tolerance=KNOWN)
     assert 0.002 < float(result.difference.max()) < 0.0025
     assert np.all(result.difference.sel(component=["xn", "nn"]) < 0.0008)
@@ -169,16 +164,11 @@ def test_moduli_keep_the_combined_compliance_and_only_k_of_a_changes():
 
 
 @pytest.mark.slow
-def test_c_of_other_moduli_is_not_solved_again(outcome):
+def test_bhat_prime_covers_the_mismatch_of_moduli_and_their_c_is_not_solved_again(outcome):
     """A fit and a grid need two models of each body; C is linear in 1 / E at the same Poisson's ratio."""
     out, result = outcome("dissimilar_bodies")
     assert result.sizes["ratio"] == 5
     assert len({path.name for path in out.rglob("harmonic-*.nc")}) == 4
-
-
-@pytest.mark.slow
-def test_bhat_prime_covers_the_mismatch_of_moduli(outcome):
-    _, result = outcome("dissimilar_bodies")
     mismatched = result.sel(ratio=[0.1, 10.0])
     assert np.all(mismatched.rms.sel(ics="Bhat_prime") < mismatched.rms.sel(ics="Bhat"))
     assert np.all(result.rms.sel(ics="C") == 0)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import femic
+from geometries.contours import arc
 from geometries.profiles.preparation import prepare, sampled
 from geometries.profiles.profile import Profile
 from geometries.profiles.smoothing import rms
@@ -30,28 +31,25 @@ def ics_of(contour, patch_s=3.0, reference_length=4.0, reach=10.0):
     return ics.ic.sel(variant="C", body="lower", j="n")
 
 
-def moved_along(normal, noise):
-    """Errors of an rms along normals (2, n)."""
-    off = np.random.default_rng(0).standard_normal(normal.shape[1])
-    return noise / rms(off) * off * normal
+def points_along(outline, s, noise):
+    """Points of an outline at arc lengths, with errors of that rms along the normal."""
+    delta = outline.inclination(s)
+    normal = np.stack([np.sin(delta), np.cos(delta)])
+    off = np.random.default_rng(0).standard_normal(len(s))
+    return Profile("rail", outline.position(s) + noise / rms(off) * off * normal)
 
 
 def points_on_arc(spacing, noise=0.0):
-    """Points at that spacing, with errors of that rms along the normal."""
-    end = np.radians(FLANK)
-    delta = np.linspace(-end, end, 2 * round(RADIUS * end / spacing) + 1)
-    normal = np.stack([np.sin(delta), np.cos(delta)])
-    return Profile("rail", RADIUS * normal + moved_along(normal, noise) - [[0.0], [RADIUS]])
+    """Points at that spacing, with errors of that rms."""
+    end = RADIUS * np.radians(FLANK)
+    return points_along(arc(RADIUS, 1.5, 1.5), np.linspace(-end, end, 2 * round(end / spacing) + 1), noise)
 
 
 def points_on_60e1(spacing, noise=0.0):
-    """Points of a rail head 60E1 up to 70 degrees, with errors of that rms along the normal."""
+    """Points of a rail head 60E1 up to 70 degrees, with errors of that rms."""
     outline = standard("60E1").outline
     ends = outline.joints[[1, -2]] + [4, -4]
-    s = np.linspace(*ends, round(np.ptp(ends) / spacing) + 1)
-    delta = outline.inclination(s)
-    normal = np.stack([np.sin(delta), np.cos(delta)])
-    return Profile("rail", outline.position(s) + moved_along(normal, noise))
+    return points_along(outline, np.linspace(*ends, round(np.ptp(ends) / spacing) + 1), noise)
 
 
 def ics_at_gauge_corner(prepared, spacing=0.2):
@@ -102,9 +100,13 @@ def test_noise_changes_c_after_smoothing_by_less_than_a_ten_thousandth_per_um(no
 
 
 @pytest.mark.slow  # 20 s
-def test_noise_of_one_um_changes_c_a_hundred_times_as_much_without_smoothing():
+def test_without_smoothing_noise_costs_a_hundred_times_as_much_and_three_times_where_the_radius_jumps():
+    """Of 1 um on an arc, and of 5 um on a head."""
     points = points_on_arc(0.2, 1 * UM)
     assert np.all(changes(prepare(points)) > 100 * changes(prepare(points, 1 * UM)))
+    points = points_on_60e1(0.2, 5 * UM)
+    rough, smooth = (changes_at_gauge_corner(prepare(points, *tolerance)) for tolerance in ((), (5 * UM,)))
+    assert np.all(rough > 3 * smooth)
 
 
 @pytest.mark.slow  # 10 s a case
@@ -114,11 +116,3 @@ def test_noise_of_one_um_changes_c_a_hundred_times_as_much_without_smoothing():
 def test_where_the_radius_jumps_from_80_to_13_mm_smoothing_costs_more(noise, nn, sn):
     """Waves of 3 to 8 mm are smoothed away, and the jump with them. C_sn itself is 0.11 of C_nn there."""
     assert np.all(changes_at_gauge_corner(prepare(points_on_60e1(0.2, noise), noise)) < [nn, sn])
-
-
-@pytest.mark.slow  # 10 s
-def test_where_the_radius_jumps_noise_of_5_um_costs_three_times_as_much_without_smoothing():
-    points = points_on_60e1(0.2, 5 * UM)
-    assert np.all(
-        changes_at_gauge_corner(prepare(points)) > 3 * changes_at_gauge_corner(prepare(points, 5 * UM))
-    )

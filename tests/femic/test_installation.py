@@ -5,6 +5,7 @@ import hashlib
 from functools import cache
 from importlib import metadata
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -27,23 +28,19 @@ def _distributions_once():
 def test_import_names_lead_here():
     for name in OWN_NAMES:
         finding = installation.import_name(name)
-        assert finding.holds
-        assert Path(finding.text).name == name
+        assert (finding.holds, Path(finding.text).name) == (True, name)
 
 
-def test_a_name_that_another_package_installs_is_told(monkeypatch):
+def test_a_name_that_leads_elsewhere_or_that_another_package_installs_is_told(monkeypatch, tmp_path):
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "elsewhere" / "__init__.py").touch()
+    monkeypatch.syspath_prepend(tmp_path)
+    assert not installation.import_name("elsewhere").holds
     monkeypatch.setattr(metadata, "packages_distributions", lambda: {"compare": ["compare", "femic"]})
     finding = installation.import_name("compare")
     assert not finding.holds
     assert "also of the package compare" in finding.text
     assert "virtual environment" in finding.remedy
-
-
-def test_a_name_that_leads_elsewhere_is_told(monkeypatch, tmp_path):
-    (tmp_path / "elsewhere").mkdir()
-    (tmp_path / "elsewhere" / "__init__.py").touch()
-    monkeypatch.syspath_prepend(tmp_path)
-    assert not installation.import_name("elsewhere").holds
 
 
 @pytest.mark.parametrize(("content", "holds"), [("x = 1\n", True), ("x = 2\n", False), (None, False)])
@@ -78,16 +75,10 @@ def test_libraries_are_compared_with_what_femic_requires(monkeypatch, line, extr
     assert matters is not False or f"femic[{extra}]" in findings[0].remedy
 
 
-@pytest.mark.parametrize(("value", "holds"), [(1.009, True), (1.011, False), (0.98, False)])
-def test_a_known_number_is_within_its_tolerance(value, holds):
-    assert installation.self_test("", "", lambda: (value, 1.0), 0.01).holds is holds
-
-
-def test_an_error_in_a_self_test_is_a_finding():
-    def fails():
-        raise femic.Failure("no memory")
-
-    finding = installation.self_test("", "", fails, 0.01)
+def test_a_known_number_is_within_its_tolerance_and_an_error_is_a_finding():
+    for value, holds in ((1.009, True), (1.011, False), (0.98, False)):
+        assert installation.self_test("", "", lambda value=value: (value, 1.0), 0.01).holds is holds
+    finding = installation.self_test("", "", Mock(side_effect=femic.Failure("no memory")), 0.01)
     assert not finding.holds
     assert "no memory" in finding.text
 
@@ -116,17 +107,13 @@ def test_doctor_fails_on_what_matters(monkeypatch, capsys, more, code):
     assert ("not in order: scipy" in printed.err) is bool(code)
 
 
-@pytest.mark.parametrize(("name", "is_ours"), [("compare.contact", True), ("scipy.sparse", False)])
-def test_a_part_of_femic_that_cannot_be_imported_leads_to_doctor(monkeypatch, capsys, name, is_ours):
-    def overwritten(*_):
-        raise ImportError("cannot import name 'page'", name=name)
-
-    monkeypatch.setattr("femic.cli.doctor.findings", overwritten)
-    if not is_ours:
-        with pytest.raises(ImportError):
-            exit_code(["doctor"])
-        return
+def test_a_part_of_femic_that_cannot_be_imported_leads_to_doctor(monkeypatch, capsys):
+    broken = Mock(side_effect=ImportError("cannot import name 'page'", name="compare.contact"))
+    monkeypatch.setattr("femic.cli.doctor.findings", broken)
     assert exit_code(["doctor"]) == 1
     message = capsys.readouterr().err
     assert "cannot import name 'page'" in message
     assert "femic doctor" in message
+    broken.side_effect.name = "scipy.sparse"
+    with pytest.raises(ImportError):
+        exit_code(["doctor"])

@@ -42,6 +42,11 @@ def knowledge():
     return Knowledge(known_scenes(400), PLAIN)
 
 
+def bounds_among(scenes, rule=PLAIN, features=None):
+    """Bounds of the error of p_max by A, by default at the first of known scenes."""
+    return bounds_at(Knowledge(scenes, rule), features or scenes[0].features, NUMBER)[ICS]
+
+
 def test_bounds_enclose_a_law_and_are_close_to_it(knowledge):
     for scene in known_scenes(40, seed=2):
         if knowledge.outside(scene.features, friction=True):
@@ -54,20 +59,16 @@ def test_bounds_enclose_a_law_and_are_close_to_it(knowledge):
 
 
 def test_errors_taken_to_the_angle_of_the_contact_have_narrower_bounds(knowledge):
-    grown = replace(knowledge, rule=replace(PLAIN, growth=2.0))  # the power of the law
     widths = []
-    for known in (knowledge, grown):
-        of_scenes = [bounds_at(known, scene.features, NUMBER)[ICS] for scene in knowledge.scenes[:20]]
-        widths.append(np.mean([bounds.high / bounds.low - 1 for bounds in of_scenes]))
+    for rule in (PLAIN, replace(PLAIN, growth=2.0)):  # the power of the law
+        bounds = [bounds_among(knowledge.scenes, rule, scene.features) for scene in knowledge.scenes[:20]]
+        widths.append(np.mean([each.high / each.low - 1 for each in bounds]))
     assert widths[1] < 0.8 * widths[0]
 
 
 def test_more_neighbours_give_wider_bounds(knowledge):
     features = knowledge.scenes[3].features
-    several = [
-        bounds_at(replace(knowledge, rule=replace(PLAIN, nearest=k)), features, NUMBER)[ICS]
-        for k in (2, 6, 20, 100)
-    ]
+    several = [bounds_among(knowledge.scenes, replace(PLAIN, nearest=k), features) for k in (2, 6, 20, 100)]
     lows, highs = [each.low for each in several], [each.high for each in several]
     assert lows == sorted(lows, reverse=True)
     assert highs == sorted(highs)
@@ -76,27 +77,20 @@ def test_more_neighbours_give_wider_bounds(knowledge):
 
 def test_bounds_are_those_of_the_size_of_errors_with_a_sign():
     scenes = known_scenes(6)
-    signs = [-1, 1, 1, 1, 1, 1]
-    mixed = [
-        replace(scene, errors={ICS: {NUMBER: sign * 0.1 * (number + 1)}})
-        for number, (scene, sign) in enumerate(zip(scenes, signs, strict=True))
-    ]
-    both = bounds_at(Knowledge(mixed, PLAIN), scenes[0].features, NUMBER)[ICS]
-    assert (both.low, both.high) == (0.0, pytest.approx(0.6))
-    negative = [replace(scene, errors={ICS: {NUMBER: -0.1 * (k + 1)}}) for k, scene in enumerate(scenes)]
-    below = bounds_at(Knowledge(negative, PLAIN), scenes[0].features, NUMBER)[ICS]
-    assert (below.low, below.high) == (pytest.approx(0.1), pytest.approx(0.6))
+    for signs, low in (([-1, 1, 1, 1, 1, 1], 0.0), ([-1] * 6, pytest.approx(0.1))):
+        signed = [
+            replace(scene, errors={ICS: {NUMBER: sign * 0.1 * (number + 1)}})
+            for number, (scene, sign) in enumerate(zip(scenes, signs, strict=True))
+        ]
+        bounds = bounds_among(signed)
+        assert (bounds.low, bounds.high) == (low, pytest.approx(0.6))
 
 
 def test_estimates_of_c_and_the_margin_make_bounds_wider():
-    def bounds(scenes, rule):
-        return bounds_at(Knowledge(scenes, rule), scenes[0].features, NUMBER)[ICS]
-
-    exact = bounds(known_scenes(6), PLAIN)
-    uncertain = bounds(known_scenes(6, estimate=1e-4), PLAIN)
+    exact, uncertain = (bounds_among(known_scenes(6, estimate=estimate)) for estimate in (0.0, 1e-4))
     assert uncertain.low == pytest.approx(exact.low - 1e-4)
     assert uncertain.high == pytest.approx(exact.high + 1e-4)
-    widened = bounds(known_scenes(6), replace(PLAIN, widened=0.1))
+    widened = bounds_among(known_scenes(6), replace(PLAIN, widened=0.1))
     assert widened.high - exact.high == pytest.approx(0.1 * (exact.high - exact.low))
 
 
@@ -109,14 +103,17 @@ def test_friction_counts_only_for_numbers_of_rolling(knowledge):
 
 def test_a_scene_outside_is_named(knowledge):
     inside = knowledge.scenes[0].features
-    assert knowledge.outside(inside, friction=True) == []
+    most = max(scene.features["angle"] for scene in knowledge.scenes)
+    for changes, friction, count in (
+        ({}, True, 0),
+        ({"angle": 1.01 * most}, True, 0),  # nearly inside
+        ({"friction": 0.9}, False, 0),
+        ({"friction": 0.9}, True, 1),
+    ):
+        assert len(knowledge.outside(inside | changes, friction=friction)) == count
     (reason,) = knowledge.outside(inside | {"angle": 150.0}, friction=True)
     assert FEATURES["angle"].meaning in reason
     assert "150 deg" in reason
-    most = max(scene.features["angle"] for scene in knowledge.scenes)
-    assert knowledge.outside(inside | {"angle": 1.01 * most}, friction=True) == []  # nearly inside
-    assert knowledge.outside(inside | {"friction": 0.9}, friction=False) == []
-    assert len(knowledge.outside(inside | {"friction": 0.9}, friction=True)) == 1
 
 
 @pytest.fixture(scope="module")
@@ -199,32 +196,24 @@ def why_not(caplog):
     return logged
 
 
-def test_nothing_is_expected_outside(scene, why_not):
-    knowledge = around(scene)
-    far = scene.problem.specification
-    heavier = replace(scene.problem, specification=replace(far, loads=(far.loads[0] / 20,)))
-    (reason,) = why_not(heavier, knowledge)
-    assert FEATURES["angle"].meaning in reason
-    friction = replace(far.friction, spin=1e-4)
-    turning = replace(scene.problem, specification=replace(far, friction=friction))
-    assert why_not(turning, knowledge) == ["lateral creepage or spin"]
-    others = (
-        replace(scene.problem, discount="source"),
-        replace(scene.problem, specification=replace(far, gap="exact")),
+def test_nothing_is_expected_outside(scene, why_not, monkeypatch):
+    """Angle and aspect of several patches together are not those of a patch."""
+    knowledge, problem, given = around(scene), scene.problem, scene.problem.specification
+    (reason,) = why_not(
+        replace(problem, specification=replace(given, loads=(given.loads[0] / 20,))), knowledge
     )
-    assert [why_not(other, knowledge) for other in others] == [
-        ["discount = source"],
-        ["gap = exact"],
-    ]
-    assert why_not(scene.problem, knowledge) == []
-
-
-def test_nothing_is_expected_of_several_patches(scene, why_not, monkeypatch):
-    """Angle and aspect of all of them together are not those of a patch."""
+    assert FEATURES["angle"].meaning in reason
+    friction = replace(given.friction, spin=1e-4)
+    for other, reasons in (
+        (replace(problem, specification=replace(given, friction=friction)), ["lateral creepage or spin"]),
+        (replace(problem, discount="source"), ["discount = source"]),
+        (replace(problem, specification=replace(given, gap="exact")), ["gap = exact"]),
+        (problem, []),
+    ):
+        assert why_not(other, knowledge) == reasons
     both = replace(scene.size, smallest=(1.0, 1.0))
     monkeypatch.setattr("femic.advice.expected.contact_size", lambda *_: both)
-    knowledge = around(scene)
-    assert why_not(scene.problem, knowledge) == ["several patches"]
+    assert why_not(problem, knowledge) == ["several patches"]
 
 
 @pytest.mark.parametrize(

@@ -71,13 +71,10 @@ def test_a_text_that_is_no_docstring_counts(of):
         assert of(one) != of(other)
 
 
-def test_names_of_files_and_facts_count(of):
+def test_names_of_files_further_files_and_facts_count(of, tmp_path):
     assert of(CODE, name="other.py") != of(CODE)
     assert of(CODE, {"numpy": "2"}) != of(CODE, {"numpy": "3"})
     assert of(CODE, {"numpy": "2"}) == of(CODE, {"numpy": "2"})
-
-
-def test_a_further_file_counts(of, tmp_path):
     alone = of(CODE)
     (tmp_path / "package" / "inner").mkdir()
     (tmp_path / "package" / "inner" / "two.py").write_text("", encoding="utf-8")

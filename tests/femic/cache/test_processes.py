@@ -1,4 +1,4 @@
-"""Parallel processes: what they give, and that they do not outlive the process that started them."""
+"""Parallel processes and threads: what they give, and that nothing outlives what started it."""
 
 import os
 import signal
@@ -6,11 +6,12 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from threading import Event, current_thread, main_thread
 
 import pytest
 
 from femic.cache import workers as processes
-from femic.cache.workers import Prepared, Processes, in_processes
+from femic.cache.workers import AHEAD, Prepared, Processes, in_processes, in_threads
 from geometries.errors import Failure
 
 IDLE, BUSY = "time.sleep(300)", "sum(range(10**11))"  # the latter never gives other threads a turn
@@ -53,7 +54,9 @@ def started(tmp_path):
         script, notes = tmp_path / "parent.py", tmp_path / "pids"
         script.write_text(PARENT.format(work=work, run=run))
         notes.mkdir()
-        begun.append(subprocess.Popen([sys.executable, str(script), str(notes)], env=environment()))
+        path = os.pathsep.join(path for path in sys.path if path)
+        command = [sys.executable, str(script), str(notes)]
+        begun.append(subprocess.Popen(command, env={**os.environ, "PYTHONPATH": path}))
         assert until(lambda: len(list(notes.iterdir())) == 2, 30)
         begun.extend(int(one.name) for one in notes.iterdir())
         return begun[0], begun[1:]
@@ -62,10 +65,6 @@ def started(tmp_path):
     for pid in begun[1:]:
         if alive(pid):
             os.kill(pid, signal.SIGKILL)
-
-
-def environment():
-    return {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
@@ -172,3 +171,57 @@ def test_a_dead_process_is_reported_with_its_cause_and_what_to_try(two):
 
 def _killed(_):
     os.kill(os.getpid(), signal.SIGKILL)
+
+
+# --- threads -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("workers", [1, 3])
+def test_results_of_threads_come_in_the_order_of_arguments(workers):
+    def late(n):
+        time.sleep(0.01 * (4 - n % 5))
+        return n, current_thread() is main_thread()
+
+    result = list(in_threads(late, range(15), workers))
+    assert [n for n, _ in result] == list(range(15))
+    assert {in_main for _, in_main in result} == {workers == 1}
+
+
+def test_results_that_nobody_takes_do_not_pile_up():
+    begun = []
+    results = in_threads(begun.append, range(50), 2)
+    next(results)
+    time.sleep(0.1)
+    assert len(begun) == AHEAD * 2
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
+def test_early_end_waits_for_running_calls_and_starts_no_others(error):
+    begun, ended, go_on = [], [], Event()
+
+    def work(n):
+        begun.append(n)
+        if n == 0:
+            return n
+        go_on.wait(5)
+        time.sleep(0.05)
+        ended.append(n)
+        return n
+
+    def run():
+        for _ in in_threads(work, range(50), 2):
+            while len(begun) < 3:
+                time.sleep(0.001)
+            go_on.set()
+            raise error
+
+    with pytest.raises(error):
+        run()
+    assert sorted(ended) == sorted(begun)[1:]
+    assert len(begun) < 6
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_errors_of_the_function_are_raised(workers):
+    with pytest.raises(ZeroDivisionError):
+        list(in_threads(lambda n: 1 // n, [1, 0, 2], workers))

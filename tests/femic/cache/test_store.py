@@ -3,7 +3,6 @@
 import errno
 import os
 import random
-import signal
 import subprocess
 import sys
 import time
@@ -47,20 +46,18 @@ def test_what_is_put_is_got(store):
     xr.testing.assert_identical(store.get(key), ENTRY)
 
 
-def test_keys_depend_on_all_that_determines_a_result():
+def test_keys_depend_on_all_that_determines_a_result_and_on_nothing_else():
+    """Lines along x do not determine the responses."""
     asked = TASK.request
-    same = Store().key("harmonic", *asked.determined_by)
-    assert same == Store("elsewhere").key("harmonic", *asked.determined_by)
-    assert same != Store().key("solid", *asked.determined_by)
-    for change in ({"accuracy": 2e-9}, {"cells": asked.cells.scaled(2)}, {"loads": asked.loads[:1]}):
-        assert same != Store().key("harmonic", *engine.HarmonicRequest(**vars(asked) | change).determined_by)
 
+    def key(**changes):
+        return Store().key("harmonic", *engine.HarmonicRequest(**vars(asked) | changes).determined_by)
 
-def test_lines_along_x_do_not_determine_the_responses():
-    asked = TASK.request
     longer = type(asked.points)(2 * asked.points.x, asked.points.s)
-    again = engine.HarmonicRequest(**vars(asked) | {"points": longer})
-    assert Store().key("harmonic", *asked.determined_by) == Store().key("harmonic", *again.determined_by)
+    assert key() == key(points=longer) == Store("elsewhere").key("harmonic", *asked.determined_by)
+    assert key() != Store().key("solid", *asked.determined_by)
+    for change in ({"accuracy": 2e-9}, {"cells": asked.cells.scaled(2)}, {"loads": asked.loads[:1]}):
+        assert key() != key(**change)
 
 
 def test_parts_are_there_until_the_entry_is(store):
@@ -107,23 +104,26 @@ def test_damage_is_noticed_and_mended(tmp_path, damage, caplog):
     assert len(files(tmp_path)) == 1
 
 
-@pytest.mark.parametrize("kind", ["entry", "part"])
-def test_exchanged_entries_are_not_read(tmp_path, kind, caplog):
+@pytest.mark.parametrize(
+    ("put", "get"),
+    [
+        (lambda store, n: store.put(f"{n}", n * ENTRY), lambda store, n: store.get(f"{n}")),
+        (
+            lambda store, n: store.put_part("key", f"{n}", {"u": n * ENTRY.u.values}),
+            lambda store, n: store.part("key", f"{n}"),
+        ),
+    ],
+    ids=["entries", "parts"],
+)
+def test_exchanged_entries_are_not_read(tmp_path, put, get, caplog):
     """Its content is undamaged; it may be copied, moved, or come from other code."""
     store = Store(tmp_path)
-    for name, value in (("one", 1.0), ("other", 2.0)):
-        if kind == "entry":
-            store.put(name, ENTRY * value)
-        else:
-            store.put_part("key", name, {"u": np.full(3, value)})
+    for n in (1, 2):
+        put(store, n)
     one, other = files(tmp_path)
     one.write_bytes(other.read_bytes())
-    if kind == "entry":
-        assert store.get("one") is None
-        xr.testing.assert_identical(store.get("other"), 2 * ENTRY)
-    else:
-        assert store.part("key", "one") is None
-        np.testing.assert_array_equal(store.part("key", "other")["u"], np.full(3, 2.0))
+    assert get(store, 1) is None
+    np.testing.assert_array_equal(get(store, 2)["u"], 2 * ENTRY.u)
     assert "another entry" in caplog.text
 
 
@@ -150,16 +150,15 @@ def test_folders_and_files_in_the_place_of_entries_are_replaced(tmp_path, caplog
     np.testing.assert_array_equal(store.part("others", "part")["u"], np.eye(2))
 
 
-@pytest.mark.parametrize("read", ["get", "part"])
-def test_unparsable_entries_are_logged_and_computed_again(tmp_path, read, caplog, monkeypatch):
+def test_unparsable_entries_are_logged_and_computed_again(tmp_path, caplog, monkeypatch):
     """Undamaged, and not what the library that reads it expects."""
     store = Store(tmp_path)
     monkeypatch.setattr(xr.Dataset, "to_netcdf", lambda *_args, **_named: b"no NetCDF")
     monkeypatch.setattr(np, "savez", lambda buffer, **_: buffer.write(b"no archive"))
     store.put("key", ENTRY)
     store.put_part("key", "part", {"u": np.eye(2)})
-    assert (store.get("key") if read == "get" else store.part("key", "part")) is None
-    assert "cannot be read" in caplog.text
+    assert store.get("key") is store.part("key", "part") is None
+    assert caplog.text.count("cannot be read") == 2
 
 
 @pytest.mark.parametrize("error", [errno.ENOSPC, errno.EROFS, errno.EACCES])
@@ -201,19 +200,25 @@ def test_two_processes_may_write_the_same(tmp_path):
 # --- models ----------------------------------------------------------------------------------------------
 
 
-def solve(store):
-    return next(iter(solve_models([(HARMONIC, TASK)], RunOptions(2, store))))
+def solve(store, workers=2):
+    return next(iter(solve_models([(HARMONIC, TASK)], RunOptions(workers, store))))
 
 
-def test_a_second_run_opens_no_mesh_and_factors_no_matrix(tmp_path, monkeypatch):
-    first = solve(Store(tmp_path))
+@pytest.fixture(scope="module")
+def first(tmp_path_factory):
+    """A model and the folder that it is stored in."""
+    folder = tmp_path_factory.mktemp("store")
+    return solve(Store(folder)), folder
+
+
+def test_a_second_run_opens_no_mesh_and_factors_no_matrix(first, monkeypatch):
+    solved, folder = first
     monkeypatch.setattr(engine, "build_section", lambda _: pytest.fail("a mesh was made"))
-    again = solve(Store(tmp_path))
-    assert again.cached
-    assert not first.cached
-    assert again.model.cost == first.model.cost
+    again = solve(Store(folder))
+    assert (again.cached, solved.cached) == (True, False)
+    assert again.model.cost == solved.model.cost
     for (name, result, k_max), (_, expected, same_k) in zip(
-        again.model.variations(), first.model.variations(), strict=True
+        again.model.variations(), solved.model.variations(), strict=True
     ):
         np.testing.assert_array_equal(result.responses, expected.responses, err_msg=name)
         np.testing.assert_array_equal(result.k, expected.k)
@@ -221,7 +226,7 @@ def test_a_second_run_opens_no_mesh_and_factors_no_matrix(tmp_path, monkeypatch)
 
 
 def test_an_interrupted_model_goes_on_behind_its_last_wavenumber(tmp_path, monkeypatch):
-    solved, respond = [], SectionSolver.__call__
+    solved, interrupted, respond = [], [], SectionSolver.__call__
 
     def counted(self, k, shares=(1.0,)):
         if len(solved) >= 7 and not interrupted:
@@ -230,12 +235,10 @@ def test_an_interrupted_model_goes_on_behind_its_last_wavenumber(tmp_path, monke
         solved.extend(k)
         return respond(self, k, shares)
 
-    interrupted = []
     monkeypatch.setattr(SectionSolver, "__call__", counted)
     with pytest.raises(KeyboardInterrupt):
-        list(solve_models([(HARMONIC, TASK)], RunOptions(1, Store(tmp_path))))
-    result = next(iter(solve_models([(HARMONIC, TASK)], RunOptions(1, Store(tmp_path)))))
-    samples = result.model.samples
+        solve(Store(tmp_path), workers=1)
+    samples = solve(Store(tmp_path), workers=1).model.samples
     assert sorted(solved) == sorted([*samples.k, *samples.sparser.k])  # once each, and with coarser cells
 
 
@@ -243,31 +246,29 @@ def killed_again_and_again(folder, times):
     """Number of wavenumbers solved and kept by processes that are killed at random moments, and the last."""
     script = Path(__file__).parents[1] / "reference" / "small_model.py"
     log = folder / "log"
+    log.touch()
     command = [sys.executable, str(script), str(folder / "store"), str(log)]
     chance = random.Random(1)
     for _ in range(times):
+        before, started = log.stat().st_size, time.monotonic()
         process = subprocess.Popen(command, cwd=Path(__file__).parents[3])
-        started = time.monotonic()
-        before = log.stat().st_size if log.exists() else 0
-        while process.poll() is None and (not log.exists() or log.stat().st_size == before):
+        while process.poll() is None and log.stat().st_size == before:
             assert time.monotonic() - started < 60
             time.sleep(0.01)
         time.sleep(chance.uniform(0.0, 0.3))
-        process.send_signal(signal.SIGKILL)
+        process.kill()
         process.wait()
     subprocess.run(command, check=True, cwd=Path(__file__).parents[3])
     return log.read_text().split()
 
 
 @pytest.mark.parametrize("times", [1, pytest.param(20, marks=pytest.mark.slow)])
-def test_killed_processes_lose_nothing_that_was_finished(tmp_path, times):
+def test_killed_processes_lose_nothing_that_was_finished(tmp_path, times, first):
     solved = killed_again_and_again(tmp_path, times)
-    result, alone = solve(Store(tmp_path / "store")), solve(Store())
-    assert result.cached
-    np.testing.assert_array_equal(result.model.samples.k, alone.model.samples.k)
-    np.testing.assert_allclose(
-        result.model.samples.responses, alone.model.samples.responses, rtol=1e-9, atol=1e-18
-    )
+    result, alone = solve(Store(tmp_path / "store")), first[0].model.samples
     samples = result.model.samples
+    assert result.cached
+    np.testing.assert_array_equal(samples.k, alone.k)
+    np.testing.assert_allclose(samples.responses, alone.responses, rtol=1e-9, atol=1e-18)
     once = len(samples.k) + len(samples.sparser.k)  # with the request's cells and with coarser ones
     assert once <= len(solved) <= once + 2 * LARGEST_BATCH * times  # at most what two threads had begun

@@ -1,16 +1,24 @@
-"""The command line: exit codes, files, messages."""
+"""The command line: exit codes, files, messages, names that lead elsewhere, Ctrl-C."""
 
+import io
 import json
+import os
+import signal
+import sys
 from contextlib import redirect_stdout
-from io import StringIO
+from time import perf_counter, sleep
 
 import pytest
 import xarray as xr
 
 from compare.report.interactive import plotly_js
-from femic.cli.main import DONE, FAILED, INTERRUPTED, WRONG_INPUT, exit_code
+from femic.cli import doctor
+from femic.cli.doctor import Finding
+from femic.cli.main import DONE, FAILED, WRONG_INPUT, delivered_interruptions, exit_code, main
 from femic.reference.solid import engine as solid
+from femic.shifts.specification import example
 from tests.compare.conftest import COARSE_ENGINE, scene_text
+from tests.samples import write_head
 
 ONE = 'bodies = ["lower"]\ncomponents = ["nn"]\nvariants = ["A", "Bhat"]'
 
@@ -22,7 +30,7 @@ def ran(tmp_path_factory):
     scene, out = folder / "mine.toml", folder / "results"
     scene.write_text(scene_text(ONE), encoding="utf-8")
     load, assemble = solid.patch_load, solid.assemble
-    with pytest.MonkeyPatch.context() as patch, redirect_stdout(StringIO()) as printed:
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(io.StringIO()) as printed:
         patch.setattr(solid, "patch_load", lambda *a: directions.append(a[1].direction) or load(*a))
         patch.setattr(solid, "assemble", lambda s: sides.append(s.body.side) or assemble(s))
         assert exit_code(["run", str(scene), "--out", str(out), "--workers", "1"]) == DONE
@@ -74,49 +82,147 @@ def test_harmonic_run_solves_no_3d_model_and_reports_wavenumbers(write_scene, tm
     assert (out / "figures/mesh_lower.png").is_file()
 
 
-@pytest.mark.parametrize("bad", ["[lower", 'variants = ["D"]', "unknown = 1"])
-def test_wrong_input_exits_with_2_and_writes_nothing(bad, write_scene, tmp_path, capsys):
+def test_wrong_input_exits_with_2_and_writes_nothing(write_scene, tmp_path, capsys):
     out = tmp_path / "results"
-    assert exit_code(["run", str(write_scene(bad)), "--out", str(out)]) == WRONG_INPUT
-    assert not out.exists()
-    assert "mine.toml" in capsys.readouterr().err
-
-
-def test_missing_scene_and_unknown_option_exit_with_2(capsys):
-    assert exit_code(["run", "nowhere.toml"]) == WRONG_INPUT
-    assert exit_code(["run", "flat", "--sped", "3"]) == WRONG_INPUT
+    for bad in ("[lower", 'variants = ["D"]', "unknown = 1"):
+        assert exit_code(["run", str(write_scene(bad)), "--out", str(out)]) == WRONG_INPUT
+        assert "mine.toml" in capsys.readouterr().err
+    assert exit_code(["run", "nowhere.toml", "--out", str(out)]) == WRONG_INPUT
+    assert exit_code(["run", "flat", "--sped", "3", "--out", str(out)]) == WRONG_INPUT
     assert "no such file" in capsys.readouterr().err
+    assert not out.exists()
 
 
-@pytest.mark.parametrize("bodies", ["combined", "lower"])
-def test_not_converged_exits_with_1_and_says_what_to_try(bodies, write_scene, tmp_path, capsys):
+def test_not_converged_exits_with_1_and_says_what_to_try(write_scene, tmp_path, capsys):
     strict = COARSE_ENGINE.replace("tolerance = 0.5", "tolerance = 1e-4\nmost_unknowns = 20_000")
-    path = write_scene(ONE.replace("lower", bodies), engine=strict)
+    path = write_scene(ONE.replace("lower", "combined"), engine=strict)
     out = tmp_path / "results"
     assert exit_code(["run", str(path), "--out", str(out), "--workers", "1"]) == FAILED
     assert "Try a larger engine.tolerance" in capsys.readouterr().err
     assert not (out / "report.html").exists()
 
 
-def test_an_interruption_exits_with_130(write_scene, tmp_path, monkeypatch):
-    def interrupted(*_, **__):
-        raise KeyboardInterrupt
+@pytest.mark.parametrize(
+    ("words", "code", "shown"),
+    [
+        ("scenes", DONE, "geometry1"),
+        ("scenes --show flat", DONE, 'kind = "plane"'),
+        ("shifts --show s1002-on-60e1-worn", DONE, 'profile = "60E1-worn"'),
+        ("shifts --show", DONE, 'profile = "60E1"'),
+        ("shifts mine.toml --show", WRONG_INPUT, "s1002-on-60e1-worn"),
+    ],
+)
+def test_scenes_and_wheelsets_are_listed_and_shown(words, code, shown, capsys):
+    assert exit_code(words.split()) == code
+    printed = capsys.readouterr()
+    assert shown in (printed.err if code else printed.out)
 
-    monkeypatch.setattr("compare.pages.ics_results.run_scene", interrupted)
-    assert exit_code(["run", str(write_scene(ONE)), "--out", str(tmp_path / "o")]) == INTERRUPTED
+
+# --- names that lead elsewhere, that are no UTF-8, or that terminals cannot write ------------------------
+
+AS_RAIL = ["--kind", "rail", "--axes", "field"]
 
 
-def test_scenes_are_listed_and_shown(capsys):
-    assert exit_code(["scenes"]) == DONE
-    assert "geometry1" in capsys.readouterr().out
-    assert exit_code(["scenes", "--show", "flat"]) == DONE
-    assert 'kind = "plane"' in capsys.readouterr().out
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    """The working directory, with a folder of files of results in it."""
+    (tmp_path / "work" / "d").mkdir(parents=True)
+    monkeypatch.chdir(tmp_path / "work")
+    return tmp_path / "work"
 
 
-def test_specifications_of_wheelsets_are_shown_by_name(capsys):
-    assert exit_code(["shifts", "--show", "s1002-on-60e1-worn"]) == DONE
-    assert 'profile = "60E1-worn"' in capsys.readouterr().out
-    assert exit_code(["shifts", "--show"]) == DONE
-    assert 'profile = "60E1"' in capsys.readouterr().out
-    assert exit_code(["shifts", "mine.toml", "--show"]) == WRONG_INPUT
-    assert "s1002-on-60e1-worn" in capsys.readouterr().err
+def files(folder):
+    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
+
+
+@pytest.mark.parametrize("name", ["...txt", ". .txt", "..txt", "bell\x07.txt"])
+def test_names_of_no_folder_are_refused_and_nothing_is_written(name, place, capsys):
+    before = [f"work/d/{name}"]
+    for write, command in (
+        (write_head, ["profiles", f"d/{name}", *AS_RAIL]),
+        (lambda path: path.write_text(example(), encoding="utf-8"), ["shifts", f"d/{name}", "--write", "0"]),
+    ):
+        write(place / "d" / name)
+        assert exit_code(command) == WRONG_INPUT
+        said = capsys.readouterr().err
+        assert repr(f"d/{name}") in said
+        assert "rename it" in said
+        assert files(place.parent) == before
+
+
+@pytest.mark.parametrize("words", [["run", "a\udcff.toml"], ["shifts", "s1002-on-60e1", "--out", "\udcfe"]])
+def test_names_that_are_no_utf_8_are_refused_before_any_work(words, place, capsys):
+    assert exit_code(words) == WRONG_INPUT
+    said = capsys.readouterr().err
+    assert "is no name in UTF-8: rename the file or folder" in said
+    assert "\\udcf" in said
+    assert files(place) == []
+
+
+def test_a_working_directory_that_is_no_utf_8_is_refused(place, monkeypatch, capsys):
+    (place / "w\udcff").mkdir()
+    monkeypatch.chdir(place / "w\udcff")
+    assert exit_code(["scenes"]) == WRONG_INPUT
+    assert "w\\udcff" in capsys.readouterr().err
+
+
+def test_folders_with_brackets_are_printed_as_they_are(place, capsys):
+    write_head(place / "mine.txt")
+    assert exit_code(["profiles", "mine.txt", *AS_RAIL, "--out", "[/a]"]) == DONE
+    assert "Report: [/a]/mine/profile.html" in capsys.readouterr().out
+
+
+def test_terminals_get_question_marks_for_letters_that_they_do_not_have(monkeypatch):
+    finding = Finding("B̂ [/b]", True, "à")
+    monkeypatch.setattr(doctor, "findings", lambda: [finding])
+    terminal = io.TextIOWrapper(io.BytesIO(), encoding="latin-1")
+    monkeypatch.setattr(sys, "stdout", terminal)
+    with pytest.raises(SystemExit) as ended:
+        main(["doctor"])
+    assert ended.value.code == DONE
+    terminal.flush()
+    said = terminal.buffer.getvalue().decode("latin-1")
+    assert "ok  B? [/b]  à" in said
+    assert "This installation is in order." in said
+
+
+# --- Ctrl-C at a moment when Python cannot raise it ------------------------------------------------------
+
+
+class Interrupted:
+    """Something whose destructor is running when Ctrl-C is pressed."""
+
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+
+
+@pytest.fixture(autouse=True)
+def _keyboard():
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def work():
+    Interrupted()
+    sleep(60.0)
+
+
+def test_interruption_in_a_destructor_ends_the_work():
+    start = perf_counter()
+    with pytest.raises(KeyboardInterrupt), delivered_interruptions():
+        work()
+    assert perf_counter() - start < 30.0  # it does not wait for the end of a blocking call
+
+
+def test_other_errors_in_destructors_reach_the_previous_hook(monkeypatch):
+    forwarded = []
+    monkeypatch.setattr(sys, "unraisablehook", forwarded.append)
+
+    class Failing:
+        def __del__(self):
+            raise ValueError
+
+    with delivered_interruptions():
+        Failing()
+    assert [error.exc_type for error in forwarded] == [ValueError]

@@ -6,6 +6,7 @@ What they ask for is recorded instead of computed.
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import pytest
 import xarray as xr
@@ -47,6 +48,17 @@ def command(tmp_path):
 # --- exit codes -----------------------------------------------------------------------------------------
 
 
+@pytest.fixture
+def plan_fails(monkeypatch):
+    """`femic plan` raises an error: its exit code."""
+
+    def plan(error):
+        monkeypatch.setattr("femic.cli.plan.load_scene", Mock(side_effect=error))
+        return exit_code(["plan", "flat"])
+
+    return plan
+
+
 @pytest.mark.parametrize(
     ("error", "code", "says"),
     [
@@ -56,38 +68,34 @@ def command(tmp_path):
         (KeyboardInterrupt(), 130, "femic: interrupted; finished parts are stored"),
     ],
 )
-def test_each_error_has_its_exit_code_and_its_message(error, code, says, monkeypatch, capsys):
-    def failing(_):
-        raise error
-
-    monkeypatch.setattr("femic.cli.plan.load_scene", failing)
-    assert exit_code(["plan", "flat"]) == code
+def test_each_error_has_its_exit_code_and_its_message(error, code, says, plan_fails, capsys):
+    assert plan_fails(error) == code
     assert capsys.readouterr().err.startswith(says)
 
 
-def test_exit_codes():
+def test_unknown_commands_are_wrong_input_and_internal_errors_are_not_hidden(plan_fails):
     assert (DONE, FAILED, WRONG_INPUT, INTERRUPTED) == (0, 1, 2, 130)
     assert exit_code(["no-such-command"]) == WRONG_INPUT
-
-
-def test_internal_errors_are_not_hidden(monkeypatch):
-    def failing(_):
-        raise ZeroDivisionError
-
-    monkeypatch.setattr("femic.cli.plan.load_scene", failing)
     with pytest.raises(ZeroDivisionError):
-        exit_code(["plan", "flat"])
+        plan_fails(ZeroDivisionError)
 
 
 # --- validate, extremes ---------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("tolerance", [1e-4, 0.02])
-def test_validate_passes_statements_tolerance_and_folder(tolerance, recorded, command, tmp_path):
+@pytest.mark.parametrize(
+    ("options", "numbers", "tolerance"),
+    [
+        ((), tuple(STATEMENTS), 1e-3),
+        (("--only", "3", "1", "--tolerance", "1e-4"), (3, 1), 1e-4),
+        (("--tolerance", "0.02"), tuple(STATEMENTS), 0.02),
+    ],
+)
+def test_validate_passes_statements_tolerance_and_folder(options, numbers, tolerance, recorded, command):
     calls = recorded("compare.validation.statements.page.validate", Path("there"))
-    assert command("validate", "--only", "3", "1", "--tolerance", str(tolerance)) == DONE
-    ((numbers, runs, folder),) = calls
-    assert (numbers, runs.tolerance, folder) == ((3, 1), tolerance, tmp_path / "out")
+    assert command("validate", *options) == DONE
+    ((asked, runs, folder),) = calls
+    assert (asked, runs.tolerance, folder.name) == (numbers, tolerance, "out")
 
 
 @pytest.mark.parametrize("tolerance", ["0.99e-4", "0.0201"])
@@ -96,12 +104,6 @@ def test_validate_refuses_tolerances_beyond_the_limits(tolerance, recorded, comm
     assert command("validate", "--tolerance", tolerance) == WRONG_INPUT
     assert f"--tolerance {float(tolerance):g}: 0.0001 ... 0.02" in capsys.readouterr().err
     assert not calls
-
-
-def test_validate_defaults_to_all_statements_at_one_thousandth(recorded, command):
-    calls = recorded("compare.validation.statements.page.validate", Path("there"))
-    assert command("validate") == DONE
-    assert (calls[0][0], calls[0][1].tolerance) == (tuple(STATEMENTS), 1e-3)
 
 
 # --- frontier, advise -----------------------------------------------------------------------------------
@@ -162,8 +164,7 @@ def test_export_defaults_to_the_ics_of_the_scene(options, ics, discount, exporte
 
 
 @pytest.mark.parametrize(
-    ("choice", "tolerance"),
-    [(BHAT, 0.01), (replace(OF_C, changes={"engine": {"tolerance": 0.05}}), 0.05)],
+    ("choice", "tolerance"), [(BHAT, 0.01), (replace(OF_C, changes={"engine": {"tolerance": 0.05}}), 0.05)]
 )
 def test_export_auto_uses_the_chosen_ics_and_engine(choice, tolerance, exported, recorded, command):
     """Judged on all nine components of both bodies, at the tolerance of the scene."""
@@ -176,21 +177,19 @@ def test_export_auto_uses_the_chosen_ics_and_engine(choice, tolerance, exported,
 
 @pytest.mark.parametrize("n", [1, 5, 6])
 def test_one_to_five_scenes_are_calibrated_into_folders_of_their_own(n, recorded, command, tmp_path, capsys):
-    names = [str(tmp_path / f"s{k}.toml") for k in range(n)]
-    for name in names:
-        (tmp_path / name).write_text(load_scene("geometry1").text, encoding="utf-8")
+    paths = [tmp_path / f"s{k}.toml" for k in range(n)]
+    for path in paths:
+        path.write_text(load_scene("geometry1").text, encoding="utf-8")
     recorded("femic.results.calibration.calibrate", "fit")
     written = recorded("compare.pages.calibration.write_fit", Path("there"))
     reports = recorded("compare.pages.calibration.write_report", Path("there"))
+    code, out = command("calibrate", *map(str, paths)), tmp_path / "out"
     if n > 5:
-        assert command("calibrate", *names) == WRONG_INPUT
         assert "scenes: 6 of them; give 1 to 5" in capsys.readouterr().err
-        assert not written
-        return
-    assert command("calibrate", *names) == DONE
-    out = tmp_path / "out"
-    assert [folder for _, folder in written] == ([out] if n == 1 else [out / f"s{k}" for k in range(n)])
-    assert reports == [(["fit"] * n, out)]
+        assert (code, written) == (WRONG_INPUT, [])
+    else:
+        assert (code, reports) == (DONE, [(["fit"] * n, out)])
+        assert [folder for _, folder in written] == ([out] if n == 1 else [out / path.stem for path in paths])
 
 
 # --- run, compare, plan ---------------------------------------------------------------------------------
@@ -243,50 +242,46 @@ def test_plan_shows_total_seconds_and_largest_memory(monkeypatch, capsys):
 
 
 @pytest.fixture
-def planned_jobs(monkeypatch):
-    """The jobs of contact that plans count, where each takes one model."""
+def plan(monkeypatch, capsys):
+    """`femic plan` of a scene with changes, where each job takes one model: the jobs of contact, the text."""
     step, recorded_jobs = ModelPlan("lower, fine", HARMONIC, 1.0, 1280.0, "infinite", PLANNED), []
     for name in ("ics.run_plans", "matrices.matrix_plans"):
         monkeypatch.setattr(f"femic.results.{name}", lambda *_: [step])
     monkeypatch.setattr(
         "femic.reference.refinement.plans", lambda jobs, _: recorded_jobs.append(jobs) or [step]
     )
-    return recorded_jobs
+
+    def planned(name, changes=None):
+        scene = load_scene(name, changes)
+        monkeypatch.setattr("femic.cli.plan.load_scene", lambda _: scene)
+        assert exit_code(["plan", name]) == DONE
+        return scene, recorded_jobs, " ".join(capsys.readouterr().out.split())
+
+    return planned
 
 
-def test_plan_of_contact_counts_nn_on_the_grids_of_contact(planned_jobs, monkeypatch, capsys):
-    scene = load_scene("tall", {"contact": {"elements": 8}})
-    monkeypatch.setattr("femic.cli.plan.load_scene", lambda _: scene)
-    assert exit_code(["plan", "tall"]) == DONE
+def test_plan_of_contact_counts_nn_on_the_grids_of_contact(plan):
+    scene, (jobs,), output = plan("tall", {"contact": {"elements": 8}})
     ((grid, _),) = grids_of(scene.contact_problem)
-    (jobs,) = planned_jobs
     assert {(name, job.components, job.grid) for name, job in jobs.items()} == {
         (name, ("nn",), grid) for name in ("lower", "upper")
     }
-    assert "310000 N; nn of C:" in " ".join(capsys.readouterr().out.split())
+    assert "310000 N; nn of C:" in output
 
 
-def test_plan_of_contact_with_friction_counts_all_components(planned_jobs, capsys):
-    assert exit_code(["plan", "rolling"]) == DONE
-    (jobs,) = planned_jobs
+def test_plan_of_contact_with_friction_counts_all_components(plan):
+    _, (jobs,), output = plan("rolling")
     assert {job.components for job in jobs.values()} == {COMPONENTS}
-    assert "100000 N; xx, xs, xn" in " ".join(capsys.readouterr().out.split())
+    assert "100000 N; xx, xs, xn" in output
 
 
-def test_plan_with_the_solid_engine_refuses_matrix_and_contact(monkeypatch, capsys):
+def test_plan_with_the_solid_engine_refuses_matrix_and_contact(plan, monkeypatch):
+    small = {"contact": {"loads": [7.4e3], "elements": 8}}
+    assert "engine.kind" not in plan("tall", small)[-1]
+    monkeypatch.undo()
     step = ModelPlan("lower, fine", SOLID, 1.0, 320.0, "640 mm", PLANNED)
     monkeypatch.setattr("femic.results.ics.run_plans", lambda *_: [step])
-    small = {"contact": {"loads": [7.4e3], "elements": 8}}
-    monkeypatch.setattr("femic.cli.plan.load_scene", lambda name: load_scene(name, small))
-    with monkeypatch.context() as patch:  # what the models take is not asked
-        for name in ("results.matrices.matrix_plans", "reference.refinement.plans"):
-            patch.setattr(f"femic.{name}", lambda *_: [step])
-        assert exit_code(["plan", "tall"]) == DONE
-    assert "engine.kind" not in capsys.readouterr().out
-    solid = small | {"engine": {"kind": "solid"}}
-    monkeypatch.setattr("femic.cli.plan.load_scene", lambda name: load_scene(name, solid))
-    assert exit_code(["plan", "tall"]) == DONE
-    output = " ".join(capsys.readouterr().out.split())
+    *_, output = plan("tall", small | {"engine": {"kind": "solid"}})
     for name in ("matrix", "contact"):
         assert f"femic {name}: tall: 1 error(s) engine.kind = 'solid': has no C on a grid" in output
 
@@ -318,14 +313,12 @@ def test_contact_of_several_scenes_has_a_folder_each_and_one_for_maps(recorded, 
     assert [folder for _, folder in maps] == [out]
 
 
-def test_contact_without_a_scene_is_refused(capsys):
-    assert exit_code(["contact"]) == WRONG_INPUT
-    assert "name one scene or more" in capsys.readouterr().err
-
-
-def test_scenes_of_one_name_are_refused(capsys):
-    assert exit_code(["contact", "tall", "tall"]) == WRONG_INPUT
-    assert "two have the same name" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("scenes", "message"), [((), "name one scene or more"), (("tall", "tall"), "two have the same name")]
+)
+def test_contact_of_no_scene_or_of_one_name_twice_is_refused(scenes, message, capsys):
+    assert exit_code(["contact", *scenes]) == WRONG_INPUT
+    assert message in capsys.readouterr().err
 
 
 @pytest.mark.slow

@@ -2,15 +2,18 @@
 
 import re
 from io import StringIO
+from types import SimpleNamespace
 
 import pytest
 from rich.console import Console
 
-from femic.cli import progress, scenes
-from femic.cli.main import DONE, exit_code
+from femic.cli import progress
 from femic.cli.progress import EVERY, ProgressLines, show_progress, step_text, terminal
 from femic.reference.engine import Cost, RawICs
-from femic.reference.run_options import Level, Solved, Step, Task
+from femic.reference.engines import HARMONIC
+from femic.reference.refinement import solve_models
+from femic.reference.run_options import Level, RunOptions, Solved, Step, Task
+from tests.femic.reference.small_model import TASK
 
 LOWER = Task("lower", Level(), None, 1000)
 UPPER = Task("upper", Level(cells=-1), None, 1000)
@@ -22,18 +25,11 @@ def solved(task, *, cached=False):
     return Solved(task, RawICs(None, cost), cached)
 
 
-class Clock:
-    now = 100.0
-
-    def __call__(self):
-        return self.now
-
-
 @pytest.fixture
 def heard():
     """Lines with a clock that is set by hand, and what they have written."""
-    clock, written = Clock(), []
-    return ProgressLines(written.append, clock), clock, written
+    clock, written = SimpleNamespace(now=100.0), []
+    return ProgressLines(written.append, lambda: clock.now), clock, written
 
 
 def test_model_writes_a_line_at_its_start_and_every_few_seconds(heard):
@@ -45,9 +41,8 @@ def test_model_writes_a_line_at_its_start_and_every_few_seconds(heard):
         lines.on_step(Step(LOWER, "first wavenumbers", k, 44))
     assert len(written) == 1 + int(119 * 0.1 / EVERY)
     assert re.fullmatch(re.escape(NAMES[LOWER]) + r": (49|50|51) wavenumbers, 5 s", written[1])
-    assert re.fullmatch(
-        re.escape(NAMES[LOWER]) + r": \d+ wavenumbers, 10 s", written[2]
-    )  # more than expected
+    more_than_expected = re.escape(NAMES[LOWER]) + r": \d+ wavenumbers, 10 s"
+    assert re.fullmatch(more_than_expected, written[2])
 
 
 def test_silent_models_have_lines_until_they_are_finished(heard):
@@ -77,17 +72,17 @@ def test_silent_models_have_lines_until_they_are_finished(heard):
 
 
 @pytest.mark.parametrize(
-    ("step", "text"),
+    ("stage", "text"),
     [
-        (Step(LOWER, "mesh and assembly"), "mesh and assembly"),
-        (Step(LOWER, "first wavenumbers", 0, 44), "first wavenumbers"),
-        (Step(LOWER, "first wavenumbers", 7, 44), "7 of about 44 wavenumbers"),
-        (Step(LOWER, "first wavenumbers", 45, 44), "45 wavenumbers"),
-        (Step(LOWER, "first wavenumbers", 45, None), "45 wavenumbers"),
+        (("mesh and assembly",), "mesh and assembly"),
+        (("first wavenumbers", 0, 44), "first wavenumbers"),
+        (("first wavenumbers", 7, 44), "7 of about 44 wavenumbers"),
+        (("first wavenumbers", 45, 44), "45 wavenumbers"),
+        (("first wavenumbers", 45, None), "45 wavenumbers"),
     ],
 )
-def test_step_text(step, text):
-    assert step_text(step) == text
+def test_a_step_says_how_far_it_is(stage, text):
+    assert step_text(Step(LOWER, *stage)) == text
 
 
 def test_terminal_shows_a_progress_bar():
@@ -116,15 +111,13 @@ def test_file_output_is_written_by_the_clock_thread(monkeypatch):
     assert f"{NAMES[LOWER]}: solid engine at work, 0 s" in waited.getvalue()
 
 
-def test_run_into_a_file_logs_the_steps_of_models(write_scene, tmp_path, monkeypatch):
+def test_a_model_into_a_file_logs_its_steps(monkeypatch):
     monkeypatch.setattr(progress, "EVERY", 0.0)
-    path = write_scene(
-        'bodies = ["lower"]', engine='[engine]\nkind = "harmonic"\ntolerance = 0.1\nfar_radius = 160\n'
-    )
-    with (tmp_path / "log.txt").open("w") as log:
-        monkeypatch.setattr(scenes, "terminal", lambda: Console(file=log))
-        assert exit_code(["run", str(path), "--out", str(tmp_path / "out"), "--workers", "1"]) == DONE
-    text = (tmp_path / "log.txt").read_text()
+    log = StringIO()
+    with show_progress(Console(file=log, width=120)) as watch:
+        for model in solve_models([(HARMONIC, TASK)], RunOptions(1, watch=watch)):
+            watch.on_model(model)
+    text = log.getvalue()
     begun, first, done = (text.find(word) for word in ("mesh and assembly", "of about", " unknowns, "))
     assert -1 < begun < first < done
 

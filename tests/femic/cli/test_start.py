@@ -3,13 +3,12 @@
 import json
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-import femic
 from femic.cli.main import COMMANDS, WRONG_INPUT
 from femic.lazy import lazy_imports
+from femic.scenes.load import load_scene
 
 HEAVY = {"dask", "distributed", "gmsh", "matplotlib", "pandas", "pyamg", "pyvista", "skfem", "xarray", "zarr"}
 OF_SCENES = sorted(set(COMMANDS) - {"validate", "extremes", "scenes", "sweep"})
@@ -20,55 +19,44 @@ for command in json.loads(sys.argv[1]):
     code = exit_code(command)
     print(json.dumps([code, sorted(sys.modules)]))
 """
-WRONG = {
-    "not there": None,
-    "no TOML": "[lower",
-    "an unknown key": "[lower]\nmodulus = 1.0\n",
-    "parts that do not fit": Path(femic.__file__).parent.joinpath("scenes/builtin/flat.toml").read_text()
-    + "\n[grid]\nds = 1000.0\n",
+WRONG = {  # files by name, and the commands that refuse them
+    "unknown_key.toml": ("[lower]\nmodulus = 1.0\n", OF_SCENES),
+    "nowhere.toml": (None, ["run", "sweep"]),
+    "no_toml.toml": ("[lower", ["run", "sweep"]),
+    "misfit.toml": (load_scene("flat").text + "\n[grid]\nds = 1000.0\n", ["run"]),
+    "campaign.toml": ('scene = "nowhere"', ["sweep"]),
 }
 
 
-def assert_light(*commands):
-    """Each command refuses its input, and the one process in which they run loads no heavy library."""
-    done = subprocess.run(
-        [sys.executable, "-c", RUN, json.dumps(commands)], capture_output=True, text=True, check=True
-    )
-    lines = [json.loads(line) for line in done.stdout.splitlines()]
-    assert len(lines) == len(commands)
-    for command, (code, modules) in zip(commands, lines, strict=True):
+def test_wrong_input_is_refused_before_heavy_libraries_load(tmp_path):
+    """All commands in one process, which names the first that loads a library."""
+    commands = [["validate", "--tolerance", "9"]]
+    for name, (text, refusing) in WRONG.items():
+        if text is not None:
+            (tmp_path / name).write_text(text, encoding="utf-8")
+        commands += [[command, str(tmp_path / name)] for command in refusing]
+    call = [sys.executable, "-c", RUN, json.dumps(commands)]
+    printed = subprocess.run(call, capture_output=True, text=True, check=True).stdout
+    for command, line in zip(commands, printed.splitlines(), strict=True):
+        code, modules = json.loads(line)
         assert code == WRONG_INPUT, command
         assert not HEAVY.intersection(modules), command
 
 
-def test_a_command_about_a_wrong_scene_loads_no_heavy_library(tmp_path):
-    path = tmp_path / "wrong.toml"
-    path.write_text(WRONG["an unknown key"])
-    assert_light(*([command, str(path)] for command in OF_SCENES))
-
-
-def test_wrong_scenes_are_refused_before_heavy_libraries_load(tmp_path):
-    paths = [tmp_path / f"{case}.toml" for case in WRONG]
-    for path, text in zip(paths, WRONG.values(), strict=True):
-        if text is not None:
-            path.write_text(text)
-    assert_light(*(["run", str(path)] for path in paths))
-
-
-def test_wrong_campaigns_are_refused_before_heavy_libraries_load(tmp_path):
-    paths = [tmp_path / f"{name}.toml" for name in ("nowhere", "no_toml")]
-    for path, text in zip(paths, ('scene = "nowhere"', "[sweep"), strict=True):
-        path.write_text(text)
-    assert_light(*(["sweep", str(path)] for path in paths))
-
-
-def test_a_wrong_tolerance_of_statements_is_refused_before_heavy_libraries_load():
-    assert_light(["validate", "--tolerance", "9"])
-
-
-def test_a_lazy_import_runs_a_module_when_it_is_used(tmp_path, monkeypatch):
-    (tmp_path / "lazily.py").write_text("from colorsys import hls_to_rgb\nanswer = 42\n")
+@pytest.fixture
+def module(tmp_path, monkeypatch):
+    """Write a module that can be imported."""
     monkeypatch.syspath_prepend(tmp_path)
+
+    def write(name, text):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text, encoding="utf-8")
+
+    return write
+
+
+def test_a_lazy_import_runs_a_module_when_it_is_used(module):
+    module("lazily.py", "from colorsys import hls_to_rgb\nanswer = 42\n")
     finders = list(sys.meta_path)
     with lazy_imports():
         import lazily  # noqa: PLC0415
@@ -81,12 +69,10 @@ def test_a_lazy_import_runs_a_module_when_it_is_used(tmp_path, monkeypatch):
     assert lazily.hls_to_rgb is sys.modules["colorsys"].hls_to_rgb
 
 
-def test_two_modules_may_defer_the_same_library(tmp_path, monkeypatch):
+def test_two_modules_may_defer_the_same_library(module):
     """The second import does not run it; once it runs, what it imports itself is there."""
-    (tmp_path / "twice").mkdir()
-    (tmp_path / "twice/__init__.py").write_text("from twice.parts import answer\n")
-    (tmp_path / "twice/parts.py").write_text("answer = 42\n")
-    monkeypatch.syspath_prepend(tmp_path)
+    module("twice/__init__.py", "from twice.parts import answer\n")
+    module("twice/parts.py", "answer = 42\n")
     with lazy_imports():
         import twice  # noqa: PLC0415
     with lazy_imports():

@@ -1,6 +1,8 @@
 """Where results go and how they are computed; how wrong scenes are told; how far both contours go."""
 
+import shutil
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -17,46 +19,57 @@ from femic.scenes.errors import BadScene, require_none
 from femic.scenes.load import load_scene
 from geometries.bodies import common_extent
 from geometries.errors import WrongInput
+from tests.femic.scenes.changes import line
 
 
-def test_results_go_to_a_folder_of_the_scene_unless_one_is_named():
+def test_results_go_to_a_folder_of_the_scene_by_one_worker_per_core_unless_others_are_named():
     scene = load_scene("geometry1")
-    assert Work().folder(scene) == Path("out/geometry1")
-    assert Work(out=Path("there")).folder(scene) == Path("there")
+    assert (Work().folder(scene), Work().threads) == (Path("out/geometry1"), cores())
+    assert (Work(out=Path("there")).folder(scene), Work(workers=3).threads) == (Path("there"), 3)
 
 
-def test_default_is_one_worker_per_core():
-    assert Work().threads == cores()
-    assert Work(workers=3).threads == 3
+# --- stores ---------------------------------------------------------------------------------------------
 
 
-def test_unknown_or_inaccessible_store_is_refused(tmp_path, monkeypatch):
-    with pytest.raises(WrongInput, match=r"--store foo://x: Protocol not known: foo: give a folder, or"):
-        store_at("foo://x", tmp_path)
-
-    def no_access(*_):
-        raise RuntimeError("no credentials")
-
+@pytest.mark.parametrize(
+    ("location", "reason"),
+    [
+        ("foo://x", "Protocol not known: foo: give a folder, or"),
+        ("memory://x", r"nothing can be stored there \(RuntimeError: no credentials\)"),
+        *((place, "nothing can be stored there .*: give a folder") for place in ("FILE", "FILE/below")),
+        ("http://127.0.0.1:9/x", "nothing can be stored there .*: give a folder"),
+    ],
+)
+def test_a_store_where_nothing_can_be_stored_is_refused_before_the_work(
+    location, reason, tmp_path, monkeypatch
+):
+    no_access = Mock(side_effect=RuntimeError("no credentials"))
     monkeypatch.setattr("fsspec.implementations.memory.MemoryFileSystem.pipe_file", no_access)
-    with pytest.raises(
-        WrongInput, match=r"memory://x: nothing can be stored there \(RuntimeError: no credentials\)"
-    ):
-        store_at("memory://x", tmp_path)
-
-
-@pytest.mark.parametrize("location", ["FILE", "FILE/below", "http://127.0.0.1:9/x"])
-def test_a_store_where_nothing_can_be_stored_is_refused_before_the_work(location, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("FILE").touch()
-    with pytest.raises(
-        WrongInput, match=rf"--store {location}: nothing can be stored there .*: give a folder"
-    ):
+    with pytest.raises(WrongInput, match=rf"--store {location}: {reason}"):
         store_at(location, tmp_path)
 
 
-def test_a_store_has_no_trace_of_its_check(tmp_path):
-    store_at(str(tmp_path / "new" / "store"), tmp_path)
-    assert list(tmp_path.rglob("*")) == [tmp_path / "new", tmp_path / "new" / "store"]
+def test_models_are_stored_without_a_trace_in_the_folder_of_the_results_unless_a_place_is_named(tmp_path):
+    assert store_at(None, tmp_path).location == tmp_path / "store"
+    assert store_at("memory://elsewhere", tmp_path).location == "memory://elsewhere"
+    own = tmp_path / "new" / "store"
+    store_at(str(own), tmp_path)
+    assert list((tmp_path / "new").rglob("*")) == [own]
+
+
+def test_models_of_other_code_are_removed_from_the_own_folder_only(tmp_path):
+    folders = [tmp_path / "store" / name for name in ("0123456789ab", code_digest(), "notes")]
+    for folder in folders:
+        folder.mkdir(parents=True)
+    store_at(str(tmp_path / "store"), tmp_path)
+    assert all(folder.is_dir() for folder in folders)
+    store_at(None, tmp_path)
+    assert [folder.is_dir() for folder in folders] == [False, True, True]
+
+
+# --- options and scenes ---------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -69,21 +82,6 @@ def test_impossible_numbers_of_workers_are_refused(command, number, tmp_path, mo
     assert exit_code([command, "flat", "--workers", number]) == WRONG_INPUT
     assert "--workers" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
-
-
-def test_models_are_stored_in_the_folder_of_the_results_unless_a_place_is_named(tmp_path):
-    assert store_at(None, tmp_path).location == tmp_path / "store"
-    assert store_at("memory://elsewhere", tmp_path).location == "memory://elsewhere"
-
-
-def test_models_of_other_code_are_removed_from_the_own_folder_only(tmp_path):
-    folders = [tmp_path / "store" / name for name in ("0123456789ab", code_digest(), "notes")]
-    for folder in folders:
-        folder.mkdir(parents=True)
-    store_at(str(tmp_path / "store"), tmp_path)
-    assert all(folder.is_dir() for folder in folders)
-    store_at(None, tmp_path)
-    assert [folder.is_dir() for folder in folders] == [False, True, True]
 
 
 def test_run_options_have_workers_store_and_watch(tmp_path):
@@ -102,15 +100,14 @@ def test_all_misfits_are_reported_at_once():
 def test_contours_go_as_far_as_the_shorter_one():
     points = np.array([[y, y**2 / 40] for y in np.linspace(-9.0, 6.0, 16)])
     lower = {"contour": {"kind": "points", "points": points.tolist()}}
-    scene = load_scene("flat", {"lower": lower, "rotation_reach": 4.0, "lines": [LINE]})
+    scene = load_scene("flat", {"lower": lower, "rotation_reach": 4.0} | line("x", 0.0, 5.0))
     low, high = scene.extent
     assert -9.6 < low < -9.0
     assert 6.0 < high < 6.4
     assert common_extent({"upper": scene.bodies["upper"]}) == (-np.inf, np.inf)
 
 
-LINE = {"along": "x", "s": 0.0, "reach": 5.0, "points": 11}
-
+# --- folders of results ---------------------------------------------------------------------------------
 
 COMMANDS = {  # by name: arguments, and the folders in results/ that each writes to
     "run": (["flat", "--out", "one"], ["one"]),
@@ -137,20 +134,15 @@ def nothing_begins(tmp_path, monkeypatch):
 
 @pytest.mark.usefixtures("nothing_begins")
 @pytest.mark.parametrize(("name", "folder"), USED)
-def test_commands_refuse_a_folder_that_another_run_uses(name, folder, capsys):
+def test_commands_refuse_a_folder_in_use_or_in_which_nothing_can_be_written(name, folder, capsys):
     with locked(Path(folder)):
         assert exit_code([name, *COMMANDS[name][0]]) == FAILED
         assert [path.name for path in Path(folder).iterdir() if path.is_file()] == [LOCK]
     assert "another femic writes there" in capsys.readouterr().err
-
-
-@pytest.mark.usefixtures("nothing_begins")
-@pytest.mark.parametrize(("name", "folder"), USED)
-def test_commands_check_output_folders_before_any_work(name, folder, tmp_path, capsys):
     if folder == ".":
-        (tmp_path / "figures").touch()
+        Path("figures").touch()
     else:
-        Path(folder).parent.mkdir(exist_ok=True)
+        shutil.rmtree(folder)
         Path(folder).touch()
     assert exit_code([name, *COMMANDS[name][0]]) == WRONG_INPUT
     assert "--out" in capsys.readouterr().err

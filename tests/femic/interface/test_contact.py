@@ -11,31 +11,40 @@ from femic.contact.operators.dense import Asymmetry
 from femic.contact.pairs.ics import ReferenceICs, normal_operator
 from femic.results.contact import compute_contact, to_dataset
 from femic.results.friction import compute_with_friction
+from tests.femic.scenes.changes import arc
 
 STEEL = femic.Material(E=210e3, nu=0.3)
 PAIR = femic.Pair(
-    upper=femic.Body(femic.arc(10.6, 60.0), STEEL, rolling_radius=500.0),
-    lower=femic.Body(femic.arc(10.0, 60.0), STEEL),
+    femic.Body(femic.arc(10.6, 60.0), STEEL, rolling_radius=500.0), femic.Body(femic.arc(10.0, 60.0), STEEL)
 )
 SETUP = femic.ContactSetup(elements=8)
-OPTIONS = femic.Options(tolerance=0.3, workers=1)
+OPTIONS, DEFAULT = femic.Options(tolerance=0.3, workers=1), femic.Options()
 LOAD, FRICTION = 10e3, 0.3
 GRID = femic.Grid(n_x=16, n_s=20, dx=1.1, ds=0.55)
 ROLLING = femic.Rolling(LOAD, FRICTION, longitudinal=(0.0, 0.004))
-MOTIONS = {
-    "none": femic.Frictionless([LOAD]),
-    "rolling": ROLLING,
-    "transient": femic.TransientRolling(LOAD, FRICTION, creepage=0.004, distance=9.0),
-    "compression": femic.Compression([LOAD / 2, LOAD], FRICTION),
+MOTIONS = {  # and the keys of the table [contact]
+    "none": (femic.Frictionless([LOAD]), {}),
+    "rolling": (ROLLING, {"friction": [FRICTION], "longitudinal": [0.0, 0.004]}),
+    "transient": (
+        femic.TransientRolling(LOAD, FRICTION, creepage=0.004, distance=9.0),
+        {"friction": [FRICTION], "creepage": 0.004, "distance": 9.0},
+    ),
+    "compression": (
+        femic.Compression([LOAD / 2, LOAD], FRICTION),
+        {"friction": [FRICTION], "loads": [LOAD / 2, LOAD]},
+    ),
 }
+
+
+def solve(motion, ics, setup=SETUP, options=DEFAULT, pair=PAIR):
+    """A contact of the pair in one of the motions."""
+    return femic.solve_contact(pair, MOTIONS[motion][0], ics, setup, options)
 
 
 def scene(**contact):
     """The scene of the pair, from a file's keys."""
-    lower = {"E": 210e3, "nu": 0.3, "contour": {"kind": "arc", "radius": 10.0, "flank_inclination_deg": 60.0}}
-    wide = {"kind": "arc", "radius": 10.6, "flank_inclination_deg": 60.0}
-    upper = lower | {"contour": wide, "rolling_radius": 500.0}
-    keys = {"lower": lower, "upper": upper, "engine": {"tolerance": 0.3}}
+    lower, upper = ({"nu": 0.3} | arc(60.0, radius) for radius in (10.0, 10.6))
+    keys = {"lower": lower, "upper": upper | {"rolling_radius": 500.0}, "engine": {"tolerance": 0.3}}
     return femic.load_scene("flat", keys | {"contact": {"elements": 8, "loads": [LOAD], **contact}})
 
 
@@ -50,21 +59,19 @@ def same(ours, theirs):
         xr.testing.assert_allclose(ours[name], theirs[name], rtol=1e-12)
 
 
-SPECIFIED = {  # the keys of the table [contact]
-    "none": {},
-    "rolling": {"friction": [FRICTION], "longitudinal": [0.0, 0.004]},
-    "transient": {"friction": [FRICTION], "creepage": 0.004, "distance": 9.0},
-    "compression": {"friction": [FRICTION], "loads": [LOAD / 2, LOAD]},
-}
+@pytest.fixture
+def asked(monkeypatch):
+    """The scenes that are solved, instead of their solution."""
+    scenes = []
+    for name in ("compute_contact", "compute_with_friction", "to_dataset"):
+        monkeypatch.setattr(f"femic.interface.contact.{name}", lambda *given: scenes.append(given[0]))
+    return scenes
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_a_pair_is_the_problem_of_its_scene(motion, monkeypatch):
-    solved = []
-    for name in ("compute_contact", "compute_with_friction", "to_dataset"):
-        monkeypatch.setattr(f"femic.interface.contact.{name}", lambda *given: solved.append(given[0]))
-    femic.solve_contact(PAIR, MOTIONS[motion], ["A", "Bhat"], SETUP)
-    ours, theirs = solved[0], scene(motion=motion, ics=["A", "Bhat"], **SPECIFIED[motion])
+def test_a_pair_is_the_problem_of_its_scene(motion, asked):
+    solve(motion, ["A", "Bhat"])
+    ours, theirs = asked[0], scene(motion=motion, ics=["A", "Bhat"], **MOTIONS[motion][1])
     assert ours.contact == theirs.contact
     assert ours.settings.tolerance == 0.01
     for name in ("lower", "upper"):
@@ -72,16 +79,31 @@ def test_a_pair_is_the_problem_of_its_scene(motion, monkeypatch):
         assert (body.material, body.rolling_radius) == (same_body.material, same_body.rolling_radius)
 
 
-def test_contact_of_a_pair_equals_that_of_its_scene():
-    ours = femic.solve_contact(PAIR, MOTIONS["none"], ["A", "Bhat"], SETUP)
-    same(ours, to_dataset(compute_contact(scene(ics=["A", "Bhat"]))))
-    assert ours.p_max.attrs["units"] == "MPa"
-    np.testing.assert_allclose(ours["load"], LOAD, rtol=1e-6)
+def test_the_lateral_force_and_the_exact_distance_are_those_of_a_scene(asked):
+    motion = femic.Frictionless([LOAD], lateral_force=500.0)
+    femic.solve_contact(PAIR, motion, ["A"], replace(SETUP, gap="exact"))
+    assert asked[0].contact == scene(ics=["A"], lateral_force=500.0, gap="exact").contact
+
+
+@pytest.fixture(scope="module")
+def pressed():
+    """Without friction, by A and by B-hat."""
+    return solve("none", ["A", "Bhat"])
+
+
+def test_contact_of_a_pair_equals_that_of_its_scene(pressed):
+    same(pressed, to_dataset(compute_contact(scene(ics=["A", "Bhat"]))))
+    assert pressed.p_max.attrs["units"] == "MPa"
+    np.testing.assert_allclose(pressed["load"], LOAD, rtol=1e-6)
+    labels = {
+        text for axes in femic.plot_contact(pressed).axes for text in axes.get_legend_handles_labels()[1]
+    }
+    assert any("B̂" in label for label in labels)
 
 
 @pytest.mark.parametrize("motion", motions("none", "compression"))
 def test_each_variable_has_a_unit_and_says_what_it_alone_is(motion):
-    variables = femic.solve_contact(PAIR, MOTIONS[motion], ["A"], SETUP).variables
+    variables = solve(motion, ["A"]).variables
     names = [one.attrs["long_name"] for one in variables.values() if one.dtype.kind != "U"]
     assert len({*names}) == len(names)
     assert all("units" in one.attrs for one in variables.values() if one.dtype.kind in "if")
@@ -116,7 +138,7 @@ def test_a_matrix_named_c_gives_the_contact_of_that_c(c, monkeypatch):
     )
     monkeypatch.setattr("femic.contact.pairs.ics.normal_reference_ics", lambda *_: own)
     setup = replace(SETUP, grid=GRID)
-    ours, theirs = (femic.solve_contact(PAIR, MOTIONS["none"], [ics], setup, OPTIONS) for ics in (c, "C"))
+    ours, theirs = (solve("none", [ics], setup, OPTIONS) for ics in (c, "C"))
     for name in ("p_max", "approach", "a", "b", "estimate_p_max", "estimate_approach"):
         np.testing.assert_allclose(ours[name], theirs[name], rtol=1e-9)
 
@@ -125,7 +147,7 @@ def test_a_matrix_named_c_gives_the_contact_of_that_c(c, monkeypatch):
 def test_c_given_as_a_matrix_gives_the_contact_of_c():
     """Both differ in their models alone: those of nn have fewer loads."""
     setup, c = replace(SETUP, grid=GRID), femic.compute_matrix(PAIR, GRID, "C", OPTIONS)
-    ours, theirs = (femic.solve_contact(PAIR, MOTIONS["none"], [ics], setup, OPTIONS) for ics in (c, "C"))
+    ours, theirs = (solve("none", [ics], setup, OPTIONS) for ics in (c, "C"))
     for name in ("p_max", "approach", "a", "b"):
         np.testing.assert_allclose(ours[name], theirs[name], rtol=1e-6)
         np.testing.assert_allclose(ours[f"estimate_{name}"], theirs[f"estimate_{name}"], rtol=0.01)
@@ -136,7 +158,7 @@ def test_an_approximation_given_as_a_matrix_is_the_approximation(motion):
     """Of the wheel as a prismatic body: fast operators take it so."""
     prismatic = replace(PAIR, upper=replace(PAIR.upper, rolling_radius=np.inf))
     matrix = femic.compute_matrix(prismatic, GRID, "Bhat").assign_attrs(ics="mine")
-    both = femic.solve_contact(PAIR, MOTIONS[motion], ["Bhat", matrix], SETUP)
+    both = solve(motion, ["Bhat", matrix])
     for name in ("p_max", "approach", "a"):
         mine, theirs = both[name].sel(ics="mine"), both[name].sel(ics="Bhat")
         np.testing.assert_allclose(mine, theirs, rtol=1e-6)  # to the solvers' tolerance
@@ -149,7 +171,7 @@ def test_errors_of_given_ics_reach_the_estimates(motion):
         femic.label_matrix(b_hat.ic.values, GRID, name, estimate)
         for name, estimate in (("exact", None), ("unsure", 0.05 * np.abs(b_hat.ic.values)))
     )
-    both = femic.solve_contact(PAIR, MOTIONS[motion], [exact, unsure], SETUP)
+    both = solve(motion, [exact, unsure])
     np.testing.assert_array_equal(both.approach.sel(ics="exact"), both.approach.sel(ics="unsure"))
     assert np.all(both.estimate_approach.sel(ics="unsure") > both.estimate_approach.sel(ics="exact"))
 
@@ -157,7 +179,7 @@ def test_errors_of_given_ics_reach_the_estimates(motion):
 @pytest.mark.parametrize("motion", motions("none", "transient", "compression"))
 def test_c_that_is_given_is_not_computed_again(motion, c, monkeypatch):
     monkeypatch.setattr("femic.contact.pairs.ics.matrices", None)
-    contact = femic.solve_contact(PAIR, MOTIONS[motion], [c], SETUP, femic.Options(engine="solid"))
+    contact = solve(motion, [c], options=femic.Options(engine="solid"))
     assert list(contact.ics.values) == ["C"]
     assert np.all(contact.p_max > 0)
 
@@ -166,7 +188,7 @@ def test_stiffer_ics_give_less_approach():
     """ICs and approach are proportional where pressures are given by the load: half the ICs, stiffer."""
     b_hat = femic.compute_matrix(PAIR, GRID, "Bhat")
     half = femic.label_matrix(b_hat.ic.values / 2, GRID, "half")
-    both = femic.solve_contact(PAIR, MOTIONS["none"], [b_hat, half], SETUP)
+    both = solve("none", [b_hat, half])
     soft, stiff = (both.sel(ics=name, case=LOAD) for name in ("Bhat", "half"))
     assert float(stiff.approach) < float(soft.approach)
     assert float(stiff.p_max) > float(soft.p_max)
@@ -175,56 +197,21 @@ def test_stiffer_ics_give_less_approach():
 def test_extra_gap_of_arrays_reduces_the_pressure_there():
     gap = np.array([[-0.5, 0.0], [0.0, 2e-3], [0.5, 0.0]])
     smooth, pitted = (
-        femic.solve_contact(PAIR, MOTIONS["none"], ["A"], replace(SETUP, grid=GRID, extra_gap=extra)).p
-        for extra in (None, gap)
+        solve("none", ["A"], replace(SETUP, grid=GRID, extra_gap=extra)).p for extra in (None, gap)
     )
     in_pit = abs(smooth.s) < GRID.ds
     assert pitted.where(in_pit).max() < 0.95 * smooth.where(in_pit).max()
 
 
-def test_the_lateral_position_follows_a_lateral_force_and_the_distance_may_be_exact():
-    motion = femic.Frictionless([LOAD], lateral_force=500.0)
-    contact = femic.solve_contact(PAIR, motion, ["A"], replace(SETUP, gap="exact"))
-    assert contact.F_y.item() == pytest.approx(500.0, rel=1e-3)
-    assert contact.position.item() != 0.0
-
-
-@pytest.mark.parametrize("motion", motions("none"))  # of rolling: tests/compare/friction
-def test_each_motion_has_a_figure(motion):
-    figure = femic.plot_contact(femic.solve_contact(PAIR, MOTIONS[motion], ["A", "Bhat"], SETUP))
-    labels = {text for axes in figure.axes for text in axes.get_legend_handles_labels()[1]}
-    assert any("B̂" in label for label in labels)
-
-
-WRONG = {
-    "no load": (lambda: femic.solve_contact(PAIR, femic.Frictionless(), ["A"]), "give loads"),
-    "twice": (
-        lambda: femic.solve_contact(PAIR, ROLLING, ["Bhat", femic.compute_matrix(PAIR, GRID, "Bhat")]),
-        "two have the same name",
-    ),
-    "exact rolling": (
-        lambda: femic.solve_contact(PAIR, ROLLING, ["A"], replace(SETUP, gap="exact")),
-        "gap is only of motion = 'none'",
-    ),
-    "no wheel": (
-        lambda: femic.solve_contact(femic.Pair(PAIR.lower, PAIR.lower), MOTIONS["none"], ["A"]),
-        "two prismatic bodies",
-    ),
-    "two grids": (
-        lambda: femic.solve_contact(
-            PAIR,
-            MOTIONS["none"],
-            [
-                femic.compute_matrix(PAIR, GRID, "A"),
-                femic.compute_matrix(PAIR, replace(GRID, n_x=8), "Bhat"),
-            ],
-        ),
-        "different grids",
-    ),
-}
-
-
-@pytest.mark.parametrize(("call", "message"), WRONG.values(), ids=WRONG)
-def test_wrong_input_is_refused_with_its_name(call, message):
-    with pytest.raises(femic.WrongInput, match=message):
-        call()
+def test_wrong_input_is_refused_with_its_name():
+    still, twice = MOTIONS["none"][0], ["Bhat", femic.compute_matrix(PAIR, GRID, "Bhat")]
+    grids = [femic.compute_matrix(PAIR, replace(GRID, n_x=n), ics) for n, ics in ((16, "A"), (8, "Bhat"))]
+    for arguments, message in (
+        ((PAIR, femic.Frictionless(), ["A"]), "give loads"),
+        ((PAIR, ROLLING, twice), "two have the same name"),
+        ((PAIR, ROLLING, ["A"], replace(SETUP, gap="exact")), "gap is only of motion = 'none'"),
+        ((femic.Pair(PAIR.lower, PAIR.lower), still, ["A"]), "two prismatic bodies"),
+        ((PAIR, still, grids), "different grids"),
+    ):
+        with pytest.raises(femic.WrongInput, match=message):
+            femic.solve_contact(*arguments)

@@ -13,10 +13,12 @@ import femic
 from approx.pair import matrix
 from femic.interface.matrices import matrix_grid
 from femic.interface.options import make_scene
+from femic.results.contact_file import read
 from femic.results.ics import compute
 from femic.results.ics_dataset import errors, to_dataset
 from geometries.patches import COMPONENTS
 from tests.femic.reference.stand_ins import b_hat_as_c
+from tests.femic.scenes.changes import engine, patch
 
 COARSE = 0.3  # tolerance, about where cells stop growing
 PATCH = femic.Patch(a=0.3, b=0.2)
@@ -25,13 +27,14 @@ OPTIONS = femic.Options(tolerance=COARSE, workers=1)
 NEAR = replace(OPTIONS, far_radius=60.0)
 STORED = replace(OPTIONS, store="memory://ICs of geometry1")  # the scene's models are those of the pair
 KEYS = {
-    "patch": {"a": 0.3, "b": 0.2},
+    **patch(0.3, 0.2),
     "variants": ["A", "Bhat"],
     "lines": [
         {"along": "x", "s": 1.6, "reach": 6.0, "points": 9},
         {"along": "s", "x": 1.6, "reach": 6.0, "points": 13},
     ],
-    "engine": {"tolerance": COARSE, "check": False},
+    "components": list(COMPONENTS),
+    **engine(tolerance=COARSE, check=False),
 }
 
 
@@ -54,27 +57,16 @@ def with_c(pair):
     return femic.compute_ics(pair, PATCH, LINES, ("A", "Bhat", "C"), options=STORED)
 
 
-@pytest.fixture(scope="module")
-def of_scene():
-    """ICs of the same scene by its own route, with all components, and their errors."""
-    with pytest.MonkeyPatch.context() as patch:
-        b_hat_as_c(patch)
-        results = compute(femic.load_scene("geometry1", KEYS | {"components": list(COMPONENTS)}), OPTIONS.run)
+def test_ics_and_errors_of_a_pair_equal_those_of_its_scene(ics, monkeypatch):
+    """By the scene's own route: errors from its results, not from the dataset."""
+    b_hat_as_c(monkeypatch)
+    results = compute(femic.load_scene("geometry1", KEYS), OPTIONS.run)
     dataset = to_dataset(results)
-    return dataset, errors(results, dataset)
-
-
-def test_ics_of_a_pair_equal_those_of_its_scene(ics, of_scene):
-    dataset, _ = of_scene
     for name in ("ic", "estimate", "raw"):
         xr.testing.assert_equal(ics[name], dataset[name])
         assert ics[name].attrs["units"] == "mm/N"
     assert ics.attrs["reference_length"] == 10.0
-
-
-def test_errors_from_the_dataset_equal_those_of_the_results(ics, of_scene):
-    _, measured = of_scene
-    ours = femic.compare_ics(ics)
+    ours, measured = femic.compare_ics(ics), errors(results, dataset)
     for name in ("error", "rms", "weight", "vanishes"):
         xr.testing.assert_allclose(ours[name], measured[name], rtol=1e-13)
 
@@ -87,7 +79,7 @@ def test_equal_bodies_have_no_combined_xn_of_a(ics):
 
 @pytest.mark.slow
 def test_c_of_a_pair_is_that_of_its_scene(with_c):
-    results = compute(femic.load_scene("geometry1", KEYS | {"components": list(COMPONENTS)}), STORED.run)
+    results = compute(femic.load_scene("geometry1", KEYS), STORED.run)
     xr.testing.assert_equal(with_c.ic, to_dataset(results).ic)
 
 
@@ -143,25 +135,24 @@ def test_a_far_arc_that_python_gives_is_a_support_and_the_default_one_is_not(pai
     assert default.truncated
 
 
-WRONG = {
-    "patch off the contour's end": (
-        lambda pair: femic.compute_ics(pair, femic.Patch(0.3, 0.2, 9999.0), LINES, ["A"]),
-        r"patch\.s = 9999",
-    ),
-    "far points": (lambda pair: femic.compute_ics(pair, PATCH, [femic.points(1e4, 0.0)], ["A"]), "lines.0"),
-    "no fit": (lambda pair: femic.compute_ics(pair, PATCH, LINES, ["Bhat_prime"]), "effective properties"),
-    "grid": (
-        lambda pair: femic.compute_matrix(pair, femic.Grid(4, 4, 1e3, 1.0), "A"),
-        r"grid\.dx / grid\.ds",
-    ),
-}
-
-
-@pytest.mark.parametrize(("call", "message"), WRONG.values(), ids=WRONG)
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (
+            lambda pair: femic.compute_ics(pair, femic.Patch(0.3, 0.2, 9999.0), LINES, ["A"]),
+            r"patch\.s = 9999",
+        ),
+        (lambda pair: femic.compute_ics(pair, PATCH, [femic.points(1e4, 0.0)], ["A"]), "lines.0"),
+        (lambda pair: femic.compute_ics(pair, PATCH, LINES, ["Bhat_prime"]), "effective properties"),
+        (lambda pair: femic.compute_matrix(pair, femic.Grid(4, 4, 1e3, 1.0), "A"), r"grid\.dx / grid\.ds"),
+    ],
+)
 def test_wrong_input_is_refused_with_its_name_before_any_work(call, message, pair):
     with pytest.raises(femic.WrongInput, match=message):
         call(pair)
 
+
+# --- matrices -------------------------------------------------------------------------------------------
 
 GRID = femic.Grid(n_x=5, n_s=4, dx=0.6, ds=0.4, s=0.3)
 
@@ -182,12 +173,13 @@ def test_matrix_has_its_grid_and_layout(pair):
     assert labelled.ic.dims == ("lag", "observed", "loaded", "i", "j")
 
 
-def test_c_of_a_matrix_is_the_sum_of_both_bodies(pair, monkeypatch):
+def test_c_of_a_matrix_is_the_sum_of_both_bodies_and_is_labelled_as_a_foreign_one(pair, monkeypatch):
     b_hat_as_c(monkeypatch, 0.02)
     c, b_hat = (femic.compute_matrix(pair, GRID, ics, OPTIONS) for ics in ("C", "Bhat"))
     np.testing.assert_allclose(c.ic, b_hat.ic, rtol=1e-9, atol=1e-12 * float(b_hat.ic.max()))
     assert float(c.estimate.max()) == pytest.approx(0.02 * float(c.ic.max()), rel=1e-6)
     assert c.attrs["ics"] == "C"
+    xr.testing.assert_identical(femic.label_matrix(c.ic.values, GRID, "C", c.estimate.values), c)
 
 
 @pytest.mark.slow  # of one body: tests/femic/reference/matrix
@@ -218,21 +210,28 @@ def test_the_discount_takes_a_vertical_motion_from_c(c_matrix, pair):
     assert abs(mean) > 1e-3 * float(c_matrix.ic.max())
 
 
-def test_foreign_matrix_is_labelled_the_same_way(pair, monkeypatch):
-    b_hat_as_c(monkeypatch)
-    c = femic.compute_matrix(pair, GRID, "C", OPTIONS)
-    xr.testing.assert_identical(femic.label_matrix(c.ic.values, GRID, "C", c.estimate.values), c)
-
-
 def test_a_file_for_contact_has_the_matrix(pair, tmp_path):
-    from femic.results.contact_file import read  # noqa: PLC0415
-
     labelled = femic.compute_matrix(pair, GRID, "Bhat")
     femic.write_for_contact(pair, labelled, tmp_path / "contact.txt")
     shear = femic.load_scene("geometry1").pair.constants.G
     own = read(tmp_path / "contact.txt").values[:, GRID.n_s - 1]  # a strip on itself: (strip, lag, i, j)
     expected = shear * np.stack([labelled.ic.values[:, k, k] for k in range(GRID.n_s)])
     np.testing.assert_allclose(own, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
+
+
+def test_distances_are_written_beside_the_ics_for_contact(tmp_path):
+    """A wheel of R = 100 mm on a plane, 0.01 mm down: x^2 / (2 R) + s^2 / (2 r) - 0.01."""
+    steel, r = femic.Material(E=210e3, nu=0.3), 40.0
+    wheel = femic.Body(femic.arc(-r, 50.0), steel, rolling_radius=100.0)
+    pair = femic.Pair(wheel, femic.Body(femic.plane(), steel), reference_length=10.0)
+    grid = femic.Grid(6, 4, dx=0.2, ds=0.3)
+    femic.write_for_contact(pair, femic.compute_matrix(pair, grid, "A"), tmp_path / "a.txt", approach=0.01)
+    listed = np.loadtxt(tmp_path / "contact_distances.txt").reshape(4, 6)
+    x, s = 0.2 * (np.arange(6) - 2.5), 0.3 * (np.arange(4) - 1.5)[:, None]
+    np.testing.assert_allclose(listed, x**2 / 200 + s**2 / (2 * r) - 0.01, rtol=0, atol=1e-6)
+
+
+# --- fits and figures -----------------------------------------------------------------------------------
 
 
 @pytest.mark.slow  # of a scene: tests/compare/calibration; in Python: test_docs.py
@@ -270,15 +269,3 @@ def explored(figure):
     """What a notebook gives to Plotly."""
     page = html.unescape(re.search(r'srcdoc="([^"]*)"', figure._repr_html_())[1])
     return json.loads(re.search(r'<script type="application/json">(.*?)</script>', page, re.DOTALL)[1])
-
-
-def test_distances_are_written_beside_the_ics_for_contact(tmp_path):
-    """A wheel of R = 100 mm on a plane, 0.01 mm down: x^2 / (2 R) + s^2 / (2 r) - 0.01."""
-    steel, r = femic.Material(E=210e3, nu=0.3), 40.0
-    wheel = femic.Body(femic.arc(-r, 50.0), steel, rolling_radius=100.0)
-    pair = femic.Pair(wheel, femic.Body(femic.plane(), steel), reference_length=10.0)
-    grid = femic.Grid(6, 4, dx=0.2, ds=0.3)
-    femic.write_for_contact(pair, femic.compute_matrix(pair, grid, "A"), tmp_path / "a.txt", approach=0.01)
-    listed = np.loadtxt(tmp_path / "contact_distances.txt").reshape(4, 6)
-    x, s = 0.2 * (np.arange(6) - 2.5), 0.3 * (np.arange(4) - 1.5)[:, None]
-    np.testing.assert_allclose(listed, x**2 / 200 + s**2 / (2 * r) - 0.01, rtol=0, atol=1e-6)

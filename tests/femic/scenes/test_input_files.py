@@ -1,6 +1,7 @@
 """Files that scene files name: found from anywhere, and what is written of a scene can be run anywhere."""
 
 import tomllib
+from copy import deepcopy
 from pathlib import Path
 
 import numpy as np
@@ -82,19 +83,18 @@ def test_every_key_of_a_path_declares_that_it_names_a_file():
                 assert named == {key: "found"}, (table, key)
 
 
-def test_all_declared_keys_are_found_from_the_whole_scene():
+@pytest.mark.parametrize("kind", [kind for kind, table in CONTOURS.items() if "file" in table.model_fields])
+def test_all_declared_keys_are_found_from_the_whole_scene(kind):
     """Contours of all kinds, outlines, the extra gap and maps of C; other ICs and other texts stay."""
-    bodies = ("lower", "upper")
-    kinds = [kind for kind, table in CONTOURS.items() if "file" in table.model_fields]
-    assert kinds == ["points", "profile"]
-    for kind in kinds:
-        table = {body: {"contour": {"kind": kind, "file": "c"}, "outline": {"file": "o"}} for body in bodies}
-        table |= {"title": "t", "contact": {"extra_gap": "g", "ics": ["C", "map:m", "Bhat"]}}
-        replace_files(table, SceneFile, str.upper)
-        for body in bodies:
-            assert table[body] == {"contour": {"kind": kind, "file": "C"}, "outline": {"file": "O"}}
-        assert table["title"] == "t"
-        assert table["contact"] == {"extra_gap": "G", "ics": ["C", "map:M", "Bhat"]}
+
+    def table(contour, outline, gap, c_map):
+        body = {"contour": {"kind": kind, "file": contour}, "outline": {"file": outline}}
+        contact = {"extra_gap": gap, "ics": ["C", f"map:{c_map}", "Bhat"]}
+        return {"title": "t", "lower": body, "upper": deepcopy(body), "contact": contact}
+
+    found = table(*"cogm")
+    replace_files(found, SceneFile, str.upper)
+    assert found == table(*"COGM")
 
 
 @pytest.mark.parametrize("value", [3, None, ["a", 3], {"file": {"x": 1}}, "text"])
@@ -105,14 +105,12 @@ def test_what_is_of_another_type_stays(value):
     assert str(table) == before
 
 
-def test_a_scene_is_found_and_its_text_can_be_run_from_another_folder(folder, tmp_path, monkeypatch):
-    scene = load_scene(str(folder / "mine.toml"))
-    assert COMMENT in scene.text
-    assert_same(from_elsewhere(scene.text, tmp_path, monkeypatch), scene)
-
-
-def test_the_listing_of_a_scene_can_be_run_from_another_folder(folder, tmp_path, monkeypatch):
-    text = listing(str(folder / "mine.toml"))
+@pytest.mark.parametrize("written", [listing, lambda path: load_scene(path).text])
+def test_the_text_and_the_listing_of_a_scene_can_be_run_from_another_folder(
+    written, folder, tmp_path, monkeypatch
+):
+    text = written(str(folder / "mine.toml"))
+    assert COMMENT in load_scene(folder / "mine.toml").text
     assert_same(from_elsewhere(text, tmp_path, monkeypatch), load_scene(str(folder / "mine.toml")))
 
 
@@ -150,35 +148,26 @@ def test_a_campaign_reads_files_beside_it_and_those_of_its_scene_beside_that(fol
     np.testing.assert_array_equal(gap, meaning(whole)[2])
 
 
-def test_outlines_are_found_from_another_folder(tmp_path, monkeypatch):
+def test_outlines_and_maps_are_found_from_another_folder(tmp_path, monkeypatch):
     """A rail's own section, given as a file."""
-    section = RAIL_SECTIONS["60E1"].outline
-    np.savetxt(tmp_path / "section.txt", section.corners.T)
-    table = {"outline": {"file": "section.txt", "clamped": [1, 2]}}
-    make_files_absolute(table["outline"], OutlineTable, tmp_path)
+    corners = RAIL_SECTIONS["60E1"].outline.corners
+    np.savetxt(tmp_path / "section.txt", corners.T)
+    outline, contact = {"file": "section.txt", "clamped": [1, 2]}, {"ics": ["Bhat", "map:sweeps/c.toml"]}
+    for table, kind in ((outline, OutlineTable), (contact, ContactTable)):
+        make_files_absolute(table, kind, tmp_path)
     monkeypatch.chdir("/")
-    outline = OutlineTable.model_validate(table["outline"], strict=False)
-    corners = outline.outline(PlaneTable(kind="plane")).corners
-    np.testing.assert_allclose(corners, section.corners)
+    found = OutlineTable.model_validate(outline, strict=False).outline(PlaneTable(kind="plane"))
+    np.testing.assert_allclose(found.corners, corners)
+    assert contact["ics"] == ["Bhat", f"map:{tmp_path / 'sweeps/c.toml'}"]
 
 
-def test_maps_are_found_from_another_folder(tmp_path):
-    table = {"ics": ["Bhat", "map:sweeps/c.toml"]}
-    make_files_absolute(table, ContactTable, tmp_path)
-    assert table["ics"] == ["Bhat", f"map:{tmp_path / 'sweeps/c.toml'}"]
-
-
-@pytest.mark.usefixtures("folder")
-def test_what_run_writes_can_be_run_again_and_compared(tmp_path, monkeypatch):
-    """`femic run`, its scene from another folder, and `femic compare` of both folders."""
-    options = ["--store", str(tmp_path / "store")]
+def test_what_run_writes_can_be_run_again_from_another_folder(folder, tmp_path, monkeypatch):
     b_hat_as_c(monkeypatch)
+    monkeypatch.setattr("compare.pages.ics_results.write_page", lambda *_: tmp_path / "report.html")
+    monkeypatch.setattr("compare.pages.ics_results.pictures", lambda *_: ())
     few = {"bodies": ["lower"], "components": ["nn"], "variants": ["A"]}
-    (tmp_path / "home/mine.toml").write_text(tomlkit.dumps(few | with_files()), encoding="utf-8")
+    (folder / "mine.toml").write_text(tomlkit.dumps(few | with_files()), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    assert exit_code(["run", "home/mine.toml", "--out", "first", *options]) == 0
-    away = tmp_path / "away"
-    away.mkdir()
-    monkeypatch.chdir(away)
-    assert exit_code(["run", str(tmp_path / "first/scene.toml"), "--out", "second", *options]) == 0
-    assert exit_code(["compare", str(tmp_path / "first"), "second", "--out", "both"]) == 0
+    assert exit_code(["run", "home/mine.toml", "--out", "first"]) == 0
+    text = (tmp_path / "first/scene.toml").read_text(encoding="utf-8")
+    assert_same(from_elsewhere(text, tmp_path, monkeypatch), load_scene(folder / "mine.toml"))

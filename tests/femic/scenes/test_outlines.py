@@ -73,18 +73,15 @@ def test_a_body_with_an_outline_has_no_convention_to_warn_of():
 
 
 def test_results_and_maps_of_other_outlines_have_other_keys():
-    other = GIVEN | {"clamped": [1, 4]}
-    scenes = [scene_with(GIVEN), scene_with(GIVEN), scene_with(other), scene_with(None)]
-    same, again, *others = [json.dumps(_inputs_of_c(scene, "lower")) for scene in scenes]
-    assert same == again
-    assert len({same, *others}) == 3
-    store = Store()
-    bodies = [store.key("body", scene.bodies["lower"].outline) for scene in scenes]
-    assert bodies[0] == bodies[1]
-    assert len(set(bodies)) == 3
-    keys = [key_of(replace(scene, text="")) for scene in scenes]
-    assert keys[0] == keys[1]
-    assert len(set(keys)) == 3
+    scenes = [scene_with(outline) for outline in (GIVEN, GIVEN, GIVEN | {"clamped": [1, 4]}, None)]
+    for key in (
+        lambda scene: json.dumps(_inputs_of_c(scene, "lower")),
+        lambda scene: Store().key("body", outline_of(scene)),
+        lambda scene: key_of(replace(scene, text="")),
+    ):
+        same, again, *others = map(key, scenes)
+        assert same == again
+        assert len({same, *others}) == 3
 
 
 def test_bodies_of_python_have_the_same_outlines():

@@ -28,7 +28,7 @@ from geometries.profiles.placement import arc_length_at, contour_at, spline_cont
 from geometries.profiles.preparation import prepare
 from geometries.profiles.profile import Profile
 from geometries.profiles.standards import NAMED, STANDARDS, standard, standard_profile
-from geometries.track.layout import TrackDimensions, WheelsetDimensions, lay_out
+from geometries.track.layout import lay_out
 from geometries.track.wear import TRACK, WHEELSET
 from geometries.track.wheelset import settle
 
@@ -125,9 +125,8 @@ def test_contact_centre_by_y_and_by_arc_length_is_the_same_place(tmp_path):
     file = write(tmp_path / "rail.prr.txt", head()) | {"profile_kind": "rail", "axes": "field"}
     prepared = prepare(read_profile(file["file"], "rail", axes="field"))
     s = arc_length_at(prepared, -20.0)
-    by_y, by_s = (
-        scene_with(file | place).bodies["lower"].contour for place in ({"y_centre": -20.0}, {"s_centre": s})
-    )
+    places = {"y_centre": -20.0}, {"s_centre": s}
+    by_y, by_s = (scene_with(file | place).bodies["lower"].contour for place in places)
     np.testing.assert_allclose(by_y.position(0.0), 0, atol=1e-12)
     np.testing.assert_allclose(by_s.position([-3, 5]), by_y.position([-3, 5]), atol=1e-9)
     np.testing.assert_allclose(by_y.inclination(2.0), prepared.inclination(s + 2.0), atol=1e-9)
@@ -136,15 +135,16 @@ def test_contact_centre_by_y_and_by_arc_length_is_the_same_place(tmp_path):
 def test_turned_rail_leans_to_the_track_centre():
     """Its field side goes up."""
     place = {"standard": "60E1", "y_centre": 0.0}
-    level = scene_with(place).bodies["lower"].contour
-    leaning = scene_with(place | {"rail_inclination": 0.025}).bodies["lower"].contour
-    further = scene_with(place | {"rail_inclination": 0.025, "turn_deg": 2.0}).bodies["lower"].contour
-    assert level.inclination(0.0) == pytest.approx(0, abs=1e-12)
-    assert leaning.inclination(0.0) == pytest.approx(-np.arctan(0.025), abs=1e-12)
-    assert leaning.position(5.0)[1] > level.position(5.0)[1]
-    assert further.inclination(0.0) == pytest.approx(-np.arctan(0.025) - np.radians(2), abs=1e-12)
-    across, up = level.position(5.0)
+    inclined = {"rail_inclination": 0.025}
+    level, leaning, further = (
+        scene_with(place | keys).bodies["lower"].contour
+        for keys in ({}, inclined, inclined | {"turn_deg": 2.0})
+    )
     angle = np.arctan(0.025)
+    inclinations = [float(contour.inclination(0.0)) for contour in (level, leaning, further)]
+    np.testing.assert_allclose(inclinations, [0, -angle, -angle - np.radians(2)], atol=1e-12)
+    assert leaning.position(5.0)[1] > level.position(5.0)[1]
+    across, up = level.position(5.0)
     expected = np.cos(angle) * across - np.sin(angle) * up, np.sin(angle) * across + np.cos(angle) * up
     np.testing.assert_allclose(leaning.position(5.0), expected, atol=1e-12)
 
@@ -166,39 +166,39 @@ def test_standard_as_a_spline_is_its_exact_curve(name):
 
 
 def test_smoothing_brings_noise_near_the_exact_arc(tmp_path):
-    noise = np.random.default_rng(3).normal(0, 0.005, 601)
-    angle = np.linspace(-1.5, 1.5, 601)
-    points = (R + noise) * np.stack([np.sin(angle), np.cos(angle)]) - [[0], [R]]
-    file = write(tmp_path / "arc.txt", points) | OF_ARC | {"profile_kind": "rail"}
-    s = np.linspace(-10, 10, 201)
-    worst = {}
+    noise = np.random.default_rng(3).normal(0, 0.005, 401)
+    file = write(tmp_path / "arc.txt", arc_points(401) * (1 + noise / R) + [[0], [1]] * noise)
+    s, worst = np.linspace(-10, 10, 201), {}
     for tolerance in (0.0, 0.005, "cross-validation"):
-        contour = scene_with(file | {"tolerance": tolerance}).bodies["lower"].contour
-        worst[tolerance] = np.max(np.abs(contour.curvature(s) - 1 / R))
+        profile = file | OF_ARC | {"profile_kind": "rail", "tolerance": tolerance}
+        curvature = scene_with(profile).bodies["lower"].contour.curvature(s)
+        worst[tolerance] = np.max(np.abs(curvature - 1 / R))
     assert worst[0.0] > 1
     assert max(worst[0.005], worst["cross-validation"]) < 0.01
 
 
-# --- the built-in scene --------------------------------------------------------------------------------
+# --- the built-in scenes --------------------------------------------------------------------------------
 
 
-def test_s1002_on_60e1_touches_where_the_wheelset_touches():
-    """Contact centres, turn and rolling radius are those of a wheelset at 6 mm, to a micrometre."""
-    rail, wheel = standard("60E1").outline, standard("S1002").outline
-    track = TrackDimensions(gauge=1435.0, gauge_depth=14.0, rail_inclination=1 / 40)
-    wheels = WheelsetDimensions(1360.0, 500.0, flange_back=-70.0)
-    position = settle(lay_out((rail, rail), (wheel, wheel), track, wheels), 6.0)
-    touch, scene = position.left[0], load_scene("s1002-on-60e1")
+@pytest.mark.parametrize(
+    ("name", "worn", "shift", "keys", "accuracy"),
+    [("s1002-on-60e1", "", 6.0, {}, 1.0), ("s1002-on-60e1-worn", "-worn", 6.4, {"roll": "about rails"}, 2.0)],
+)
+def test_builtin_profiles_touch_where_the_wheelset_touches(name, worn, shift, keys, accuracy):
+    """Contact centres, turn and rolling radius are those of a wheelset, to one or two micrometres."""
+    rail, wheel = (NAMED[f"{profile}{worn}"].outline for profile in ("60E1", "S1002"))
+    wheelset = replace(WHEELSET, nominal_radius=500.0)
+    position = settle(lay_out((rail,) * 2, (wheel,) * 2, TRACK, wheelset), shift, **keys)
+    touch, scene = position.left[0], load_scene(name)
     file = scene_from_text(scene.text, Path())
     lower, upper = file.lower, file.upper
-    assert lower.contour.y_centre == pytest.approx(touch.on_rail[0], abs=1e-3)
-    assert upper.contour.y_centre == pytest.approx(touch.on_wheel[0], abs=1e-3)
-    assert lower.contour.turn == pytest.approx(np.arctan(1 / 40) - position.roll, abs=1e-6)
-    assert upper.rolling_radius == pytest.approx(500 - touch.on_wheel[1], abs=1e-3)
-    contours = [body.contour for body in scene.bodies.values()]
-    angles = [float(contour.inclination(0.0)) for contour in contours]
-    assert angles[0] == pytest.approx(angles[1], abs=1e-4)
-    assert angles[0] == pytest.approx(-(touch.angle - position.roll), abs=1e-4)
+    assert lower.contour.y_centre == pytest.approx(touch.on_rail[0], abs=accuracy * 1e-3)
+    assert upper.contour.y_centre == pytest.approx(touch.on_wheel[0], abs=accuracy * 1e-3)
+    assert lower.contour.turn == pytest.approx(np.arctan(1 / 40) - position.roll, abs=accuracy * 1e-6)
+    assert upper.rolling_radius == pytest.approx(touch.radius, abs=1e-3)
+    angles = [float(body.contour.inclination(0.0)) for body in scene.bodies.values()]
+    assert angles[0] == pytest.approx(angles[1], abs=accuracy * 1e-4)
+    assert angles[0] == pytest.approx(-(touch.angle - position.roll), abs=accuracy * 1e-4)
 
 
 # --- files -----------------------------------------------------------------------------------------------
@@ -210,9 +210,8 @@ def text_of(contour):
     return f"rotation_reach = 8.0\n{bodies}[patch]\na = 0.3\nb = 0.2\n"
 
 
-PROFILE = (
-    'contour = { kind = "profile", file = "rail.txt", profile_kind = "rail", axes = "field", y_centre = 1.0 }'
-)
+KEYS = {"kind": "profile", "file": "rail.txt", "profile_kind": "rail", "axes": "field", "y_centre": 1.0}
+PROFILE = f"contour = {as_toml(KEYS)}"
 
 
 def test_key_of_results_depends_on_the_content_of_the_file_alone(tmp_path):
@@ -262,21 +261,15 @@ def test_campaign_has_a_column_of_files_and_its_tasks_their_contents(tmp_path):
     assert [keys in before for keys in after] == [True, False]
 
 
+AT, OF_RAIL = {"y_centre": 0.0}, {"profile_kind": "rail"}
+
+
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        (
-            {"file": "rail.txt", "y_centre": 0.0},
-            r"lower\.contour\.file = \S*rail\.txt: profile_kind: .*profile_kind = 'rail'",
-        ),
-        (
-            {"file": "rail.txt", "profile_kind": "rail", "y_centre": 0.0},
-            r"lower\.contour\.file = \S*rail\.txt: axes: .*give axes = 'field'",
-        ),
-        (
-            {"file": "bad.txt", "profile_kind": "rail", "y_centre": 0.0},
-            r"lower\.contour\.file = \S*bad\.txt, line 3: .*'1\.2x'",
-        ),
+        ({"file": "rail.txt"}, r"rail\.txt: profile_kind: .*profile_kind = 'rail'"),
+        ({"file": "rail.txt"} | OF_RAIL, r"rail\.txt: axes: .*give axes = 'field'"),
+        ({"file": "bad.txt"} | OF_RAIL, r"bad\.txt, line 3: .*'1\.2x'"),
     ],
 )
 def test_what_is_missing_or_wrong_is_one_error_with_the_key(keys, message, tmp_path, monkeypatch):
@@ -284,14 +277,14 @@ def test_what_is_missing_or_wrong_is_one_error_with_the_key(keys, message, tmp_p
     write(tmp_path / "rail.txt", head())
     (tmp_path / "bad.txt").write_text("0 1\n1 2\n1.2x 3\n", encoding="utf-8")
     with pytest.raises(BadScene) as caught:
-        scene_with(keys)
-    assert re.search(message, str(caught.value), re.DOTALL), caught.value
+        scene_with(keys | AT)
+    assert re.search(rf"lower\.contour\.file = \S*{message}", str(caught.value), re.DOTALL), caught.value
 
 
 def test_body_of_revolution_is_not_turned():
-    wheel = {"kind": "profile", "standard": "S1002", "y_centre": 0.0, "turn_deg": 1.0}
+    wheel = {"kind": "profile", "standard": "S1002", "turn_deg": 1.0} | AT
     with pytest.raises(BadScene, match=r"upper\.contour: turned by 1 degrees.*turn the other body"):
-        scene_with({"standard": "60E1", "y_centre": 0.0}, upper=WHEEL | {"contour": wheel})
+        scene_with({"standard": "60E1"} | AT, upper=WHEEL | {"contour": wheel})
 
 
 def test_wrong_file_is_refused_by_a_command_before_any_work(tmp_path, monkeypatch, capsys):
@@ -305,34 +298,18 @@ def test_wrong_file_is_refused_by_a_command_before_any_work(tmp_path, monkeypatc
     assert not (tmp_path / "out").exists()
 
 
-def test_worn_scene_touches_where_the_worn_wheelset_touches():
-    """Contact centres, turn and rolling radius are those of a wheelset at 6.4 mm, to 2 micrometres."""
-    rail, wheel = NAMED["60E1-worn"].outline, NAMED["S1002-worn"].outline
-    wheelset = replace(WHEELSET, nominal_radius=500.0)
-    position = settle(lay_out((rail,) * 2, (wheel,) * 2, TRACK, wheelset), 6.4, roll="about rails")
-    touch, scene = position.left[0], load_scene("s1002-on-60e1-worn")
-    file = scene_from_text(scene.text, Path())
-    lower, upper = file.lower, file.upper
-    assert lower.contour.y_centre == pytest.approx(touch.on_rail[0], abs=2e-3)
-    assert upper.contour.y_centre == pytest.approx(touch.on_wheel[0], abs=2e-3)
-    assert lower.contour.turn == pytest.approx(np.arctan(1 / 40) - position.roll, abs=2e-6)
-    assert upper.rolling_radius == pytest.approx(touch.radius, abs=1e-3)
-    angles = [float(body.contour.inclination(0.0)) for body in scene.bodies.values()]
-    assert angles[0] == pytest.approx(angles[1], abs=2e-4)
-
-
 def test_section_of_a_list_is_the_contour_of_its_profile(tmp_path):
-    write_profile(standard_profile("60E1", 0.2), tmp_path / "b.prr")
-    write_profile(standard_profile("54E1", 0.2), tmp_path / "a.prr")
+    for name, rail in (("a.prr", "54E1"), ("b.prr", "60E1")):
+        write_profile(standard_profile(rail, 0.2), tmp_path / name)
     (tmp_path / "rail.slcs").write_text("0 1\n2\n0 0 0\n1\n0 a.prr\n1 b.prr\n")
-    of_list = {"kind": "profile", "file": str(tmp_path / "rail.slcs"), "y_centre": 5.0}
-    alone = of_list | {"file": str(tmp_path / "b.prr")}
+    listed, alone = ({"file": str(tmp_path / name), "y_centre": 5.0} for name in ("rail.slcs", "b.prr"))
     s = np.linspace(-10, 10, 50)
-    expected = scene_with(alone).bodies["lower"].contour.position(s)
-    for choice in ({"section": 2}, {"section_at": 1.0}):
-        contour = scene_with(of_list | choice).bodies["lower"].contour
-        np.testing.assert_array_equal(contour.position(s), expected)
+    by_number, by_position, expected = (
+        scene_with(contour).bodies["lower"].contour.position(s)
+        for contour in (listed | {"section": 2}, listed | {"section_at": 1.0}, alone)
+    )
+    np.testing.assert_array_equal([by_number, by_position], [expected] * 2)
     with pytest.raises(WrongInput, match=r"contour\.file = .*section_at; rail\.slcs has 1: at 0, a\.prr"):
-        scene_with(of_list)
+        scene_with(listed)
     with pytest.raises(WrongInput, match=r"section and section_at are of lists"):
         scene_with(alone | {"section": 1})

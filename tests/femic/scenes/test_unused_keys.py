@@ -43,15 +43,11 @@ def test_commands_that_need_lines_refuse_the_scene(command, write, capsys):
     assert "lines.0 (s = 1.6 mm): reaches" in capsys.readouterr().err.replace("\n", " ")
 
 
-def test_plan_refuses_what_is_not_possible_and_shows_the_rest(write, capsys):
+def test_plan_and_campaigns_say_what_is_not_possible_before_the_run(write, tmp_path, capsys):
     assert exit_code(["plan", write(A_ALONE)]) == 0
     said = capsys.readouterr().out
     assert "femic run: mine: 3 error(s)" in said
     assert "no C: seconds" in said
-
-
-def test_a_campaign_of_errors_refuses_it_before_the_run(write, tmp_path, capsys):
-    write(A_ALONE)
     sweep = "[sweep.nu]\nkeys = ['lower.nu']\nvalues = [0.2, 0.3]\n"
     (tmp_path / "all.toml").write_text(f"scene = 'mine.toml'\n{sweep}", encoding="utf-8")
     assert exit_code(["sweep", "all.toml", "--workers", "1"]) == WRONG_INPUT
@@ -76,15 +72,19 @@ def ball_on_plane(nu=0.28, radius=2.0):
     return femic.Pair(femic.Body(femic.plane(), rail.material, rolling_radius=radius), rail)
 
 
-def test_a_small_ball_has_a_contact_by_a_and_no_c():
+def test_a_small_ball_has_a_contact_by_a_and_no_c_or_stresses(write, capsys):
     """Limits of engines are those of C and stresses: a ball of 4 mm by A is that of Hertz."""
     load, radius = 10.0, 2.0  # N, mm
-    found = femic.solve_contact(ball_on_plane(radius=radius), femic.Frictionless(loads=[load]), ["A"])
+    pair, motion = ball_on_plane(radius=radius), femic.Frictionless(loads=[load])
+    found = femic.solve_contact(pair, motion, ["A"])
     modulus = 210e3 / (2 * (1 - 0.28**2))
     hertz = (6 * load * modulus**2 / (np.pi**3 * radius**2)) ** (1 / 3)
     assert float(found.p_max.squeeze()) == pytest.approx(hertz, abs=float(found.estimate_p_max.squeeze()))
     with pytest.raises(femic.WrongInput, match=r"upper\.rolling_radius = 2: .* no engine below 20"):
-        femic.solve_contact(ball_on_plane(radius=radius), femic.Frictionless(loads=[load]), ["A", "C"])
+        femic.solve_contact(pair, motion, ["A", "C"])
+    text = A_ALONE.replace("radius = 20.0", "radius = 2.0")
+    assert exit_code(["stresses", write(text), "--workers", "1"]) == WRONG_INPUT
+    assert "upper.rolling_radius = 2: C and stresses" in capsys.readouterr().err
 
 
 def test_what_needs_an_engine_refuses_what_it_does_not_solve():
@@ -92,17 +92,10 @@ def test_what_needs_an_engine_refuses_what_it_does_not_solve():
     options = femic.Options(engine="solid")
     motion, pair = femic.Frictionless(loads=[10.0]), ball_on_plane(nu=0.495, radius=60.0)
     femic.solve_contact(pair, motion, ["A"], femic.ContactSetup(elements=8), options)
-    others = (
+    for compute in (
         lambda: femic.compute_matrix(pair, femic.Grid(4, 4, 0.1, 0.1), "C", options),
         lambda: femic.compute_ics(pair, femic.Patch(0.1, 0.1), [femic.line_along_x(0.2)], options=options),
         lambda: femic.solve_contact(pair, motion, ["A", "C"], options=options),
-    )
-    for compute in others:
+    ):
         with pytest.raises(femic.WrongInput, match=r"lower\.nu = 0\.495: use engine\.kind = 'harmonic'"):
             compute()
-
-
-def test_stresses_need_an_engine(write, capsys):
-    text = A_ALONE.replace("radius = 20.0", "radius = 2.0")
-    assert exit_code(["stresses", write(text), "--workers", "1"]) == WRONG_INPUT
-    assert "upper.rolling_radius = 2: C and stresses" in capsys.readouterr().err
