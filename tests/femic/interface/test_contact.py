@@ -189,7 +189,7 @@ def test_the_lateral_position_follows_a_lateral_force_and_the_distance_may_be_ex
     assert contact.position.item() != 0.0
 
 
-@pytest.mark.parametrize("motion", motions("none"))  # of rolling: tests/compare/friction
+@pytest.mark.parametrize("motion", motions("none"))  # of rolling: tests/femic/results
 def test_each_motion_has_a_figure(motion):
     figure = femic.plot_contact(femic.solve_contact(PAIR, MOTIONS[motion], ["A", "Bhat"], SETUP))
     labels = {text for axes in figure.axes for text in axes.get_legend_handles_labels()[1]}

@@ -12,7 +12,7 @@ from femic.contact.pairs.ics import approximation
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.quantities import kinds, measured
 from geometries.patches import Grid
-from tests.compare.friction.scenes import scene
+from tests.femic.contact.wheel_on_rail import scene
 
 LOAD = Loading(1e4)
 SCENE = scene(
