@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from femic.results import wheelset
 from femic.results import wheelset_contacts as contacts
@@ -106,16 +107,18 @@ def fake_roll(sides, load, table, ics, _):
 
 
 @contextmanager
-def faked(contact=fake_contact, roll=fake_roll):
-    """Contacts and rolling are those of functions."""
+def faked(contact=fake_contact, roll=fake_roll, *, conicity=False):
+    """Contacts and rolling are those of functions; the conicity is left out, which takes longest."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(contacts, "contact_at", contact)
         patch.setattr(wheelset, "roll", roll)
+        if not conicity:
+            patch.setattr(contacts, "conicity", lambda *_, **__: xr.Dataset())
         yield
 
 
 @cache
 def known_dataset(file=FILE):
     """The dataset of `FILE` or `ROLLING`."""
-    with faked():
+    with faked(conicity=True):
         return wheelset.compute_shifts(file, "text of the file")

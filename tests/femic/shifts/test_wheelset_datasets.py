@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from femic.cache.store import Store
 from femic.reference.run_options import RunOptions, Watch
@@ -128,7 +127,6 @@ def test_shifts_left_out_are_said_before_the_first_contact(monkeypatch):
     """A wheelset that stands nowhere at 12 mm; a contact that is not found is said in its place."""
     said = []
     monkeypatch.setattr(compute, "settle", standing_below(10.0))
-    monkeypatch.setattr(geometry, "conicity", lambda *_, **__: xr.Dataset())
 
     def contact_at(*_):
         raise Failure("no grid")
