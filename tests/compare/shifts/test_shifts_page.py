@@ -144,8 +144,8 @@ def test_charts_have_the_signs_of_the_dataset_and_the_left_wheel_at_the_left(dat
 
 def test_the_page_says_what_was_left_out_unusual_or_assumed(dataset, tmp_path):
     refused = json.dumps({"8": "the left wheel climbs its rail", "1, left": "no"})
-    unusual = json.dumps({"2": "the left wheel touches 0.4 mm beyond"})
-    shown = dataset.assign_attrs(refused=refused, unusual=unusual)
+    unusual = json.loads(dataset.attrs["unusual"]) | {"2": "the left wheel touches 0.4 mm beyond"}
+    shown = dataset.assign_attrs(refused=refused, unusual=json.dumps(unusual))
     text = page.write_shifts(shown, tmp_path).read_text()
     (assumed,) = json.loads(dataset.attrs["doubts"])
     for said in (
