@@ -30,7 +30,7 @@ DEAR = (
     "tests/compare/shifts/test_rolling_page.py",
     "tests/compare/campaigns/results/test_registry.py",
     "tests/compare/calibration/test_calibration.py",
-    "tests/compare/friction/test_parts.py",
+    "tests/femic/results/test_stresses.py",
     "tests/femic/reference/matrix/test_matrix.py",
     "tests/compare/campaigns/running/test_run.py",
     "tests/compare/report/test_show.py",
@@ -52,8 +52,8 @@ DEAR = (
     "tests/femic/reference/matrix/test_nesting.py",
     "tests/femic/reference/test_discount_rules.py",
     "tests/compare/friction/test_transient.py",
-    "tests/compare/friction/test_rolling.py",
-    "tests/compare/friction/test_supports.py",
+    "tests/femic/results/test_rolling.py",
+    "tests/femic/results/test_supports.py",
 )
 
 

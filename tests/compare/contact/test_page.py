@@ -1,5 +1,7 @@
 """What `femic contact` writes: numbers, sentences and pictures of a contact, and maps of two scenes."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -17,9 +19,9 @@ from compare.report.tables import with_estimate
 from femic.contact.motions.none import mapped, sensitivities
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
 from femic.results.contact import compute_contact, pressures, to_dataset
-from femic.scenes.load import load_scene, scene_from_table
+from femic.scenes.load import load_scene
 from tests.compare.pages import read_chart, read_traces, require_room
-from tests.femic.scenes.changes import arc
+from tests.femic.contact.wheel_on_rail import scene
 
 
 @pytest.fixture(scope="module")
@@ -34,10 +36,14 @@ def results():
     }
 
 
+@pytest.fixture(scope="module")
+def dataset(results):
+    return to_dataset(results["tall"])
+
+
 def test_the_file_has_pressures_that_carry_the_loads(results, tmp_path):
-    write_contact(results["tall"], tmp_path)
-    written = xr.open_dataset(tmp_path / "contact.nc")
-    solved = results["tall"].solved
+    assert write_contact(results["tall"], tmp_path).stat().st_size > 1e5
+    written, solved = xr.open_dataset(tmp_path / "contact.nc"), results["tall"].solved
     for number, load in enumerate([58e3, 310e3]):
         case = written.sel(case=load)
         area = float(np.diff(case.x)[0] * np.diff(case.s)[0])
@@ -53,63 +59,45 @@ def test_the_file_has_pressures_that_carry_the_loads(results, tmp_path):
         np.testing.assert_array_equal(own.x, grid.x)
         np.testing.assert_array_equal(own.s, grid.grid.strips)
     assert written.p.dims == ("case", "ics", "x", "s")
-    assert (tmp_path / "contact.html").stat().st_size > 1e5
+    # by the rule 1.3 p_max / E of it
+    np.testing.assert_allclose(written.finite_strain_p_max, 1.3 * written.p_max**2 / 210e3)
 
 
-def test_summary_states_pressure_and_patch(results):
-    dataset = to_dataset(results["tall"])
+def test_summary_states_pressure_and_patch(dataset):
     largest = dataset.isel(case=1).sel(ics="Bhat")
     text = answer_sentence(dataset, "Bhat")
     assert text.startswith(f"At 310 kN the largest pressure is {float(largest.p_max):.0f} ± ")
     assert f"2a × 2b = {2 * float(largest.a):.3g} × {2 * float(largest.b):.3g} mm" in text
 
 
-def test_finite_strains_follow_their_rule(results):
-    """By the rule, 1.3 p_max / E of it; every case and all ICs have their own in the file."""
-    dataset = to_dataset(results["tall"])
-    np.testing.assert_allclose(dataset.finite_strain_p_max, 1.3 * dataset.p_max**2 / 210e3)
-
-
-def test_verdicts_depend_on_the_case(results):
+def test_verdicts_depend_on_the_case(dataset):
     """0 % and 30 % off; 5 % are the limit."""
-    dataset = to_dataset(results["tall"])
     moved = dataset.assign(p_max=dataset.p_max.copy(data=[[1.0, 1.0], [1.3, 1.0]]))
     moved["estimate_p_max"] = 0.001 * moved.p_max
     verdicts = [row.filled[-1].below for row in answer_table(moved, "Bhat", ["A"]).rows]
     assert verdicts == ["within 5 %", "off by 30 %"]
 
 
-def numbers_of(row):
-    """The numbers in the cells of a row, without estimates."""
-    return [float(cell.text.split(" ± ")[0]) for cell in row.filled]
-
-
-def test_the_answer_has_a_row_per_load_with_differences_beside_it(results):
-    dataset = to_dataset(results["tall"])
+def test_the_answer_has_a_row_per_load_with_differences_beside_it_or_one_for_each_of_the_ics(dataset):
     table = answer_table(dataset, "Bhat", ["A"])
     assert [row.name.replace(NO_BREAK, " ") for row in table.rows] == ["58 kN", "310 kN"]
+    ratios = (dataset.p_max.sel(ics="A") / dataset.p_max.sel(ics="Bhat")).values - 1
     for number, row in enumerate(table.rows):
         case = dataset.isel(case=number)
-        *reference, difference = numbers_of(row)
+        *reference, difference = (float(cell.text.split(" ± ")[0]) for cell in row.filled)
         assert row.filled[-1].below.startswith("off by ")
         for value, key in zip(reference, ("p_max", "a", "b", "approach"), strict=True):
             expected, estimate = (float(case[name].sel(ics="Bhat")) for name in (key, f"estimate_{key}"))
             assert value == pytest.approx(expected, abs=0.051 * estimate)
-        ratio = float(case.p_max.sel(ics="A") / case.p_max.sel(ics="Bhat"))
-        assert difference == pytest.approx(100 * (ratio - 1), abs=0.051)
-
-
-def test_the_answer_of_a_single_load_has_a_row_for_each_of_the_ics(results):
-    dataset = to_dataset(results["tall"]).isel(case=[1])
-    bhat, a = answer_table(dataset, "Bhat", ["A"]).rows
+        assert difference == pytest.approx(100 * ratios[number], abs=0.051)
+    bhat, a = answer_table(dataset.isel(case=[1]), "Bhat", ["A"]).rows
     assert (bhat.name, a.name) == ("B̂", "A")
     assert all(cell.below == "" for cell in bhat.filled)
-    ratio = float((dataset.p_max.sel(ics="A") / dataset.p_max.sel(ics="Bhat")).item())
-    assert a.filled[0].below == f"{ratio - 1:+.2%}"
+    assert a.filled[0].below == f"{ratios[1]:+.2%}"
 
 
-def test_all_numbers_are_in_a_table_with_a_row_per_quantity(results):
-    case = to_dataset(results["tall"]).isel(case=1)
+def test_all_numbers_are_in_a_table_with_a_row_per_quantity(dataset):
+    case = dataset.isel(case=1)
     solutions = {"B̂": case.sel(ics="Bhat"), "A": case.sel(ics="A")}
     table = numbers_table("t", OF_FRICTIONLESS, solutions, solutions["B̂"])
     rows = {row.name: row.filled for row in table.rows}
@@ -121,39 +109,28 @@ def test_all_numbers_are_in_a_table_with_a_row_per_quantity(results):
         assert (side.text.split(" ± ")[0], side.below) == ("0", "")
 
 
-def traces(content, step, cell):
-    return read_traces(content["steps"][step][cell])
-
-
-def test_charts_have_pressures_in_mpa_and_numbers_of_the_dataset(results):
-    dataset = to_dataset(results["tall"])
+def test_charts_have_pressures_in_mpa_and_numbers_of_the_dataset(dataset):
     content = read_chart(figures.answer_chart(dataset))
     assert (content["labels"], content["slider"], content["start"]) == (["58 kN", "310 kN"], "load", 1)
+    assert figures.answer_chart(dataset.isel(case=[1, 0])).first == 0  # the largest load
     angle = dataset.angle.sel(ics="Bhat").values
     for step in (0, 1):
         p = pressures(dataset, step)
         middle = p.isel(x=p.sizes["x"] // 2).set_xindex("s")
-        drawn = {cell: traces(content, step, cell) for cell in range(6)}
+        drawn = [read_traces(cell) for cell in content["steps"][step]]
         for name, symbol in (("A", "A"), ("Bhat", "B̂")):
             s, values = (np.array(drawn[0][symbol][axis], dtype=float) for axis in "xy")
             expected = middle.sel(ics=name).interp(s=s).values
             np.testing.assert_allclose(values, expected, atol=1e-4 * float(middle.max()))
             assert values.max() == pytest.approx(float(middle.sel(ics=name).max()), rel=1e-5)
-            with_bhat = np.array(drawn[0]["B̂"]["y"])
-            np.testing.assert_allclose(drawn[3][symbol]["y"], values - with_bhat, atol=0.02)
+            np.testing.assert_allclose(drawn[3][symbol]["y"], values - drawn[0]["B̂"]["y"], atol=0.02)
             np.testing.assert_allclose(drawn[1][symbol]["x"], angle, rtol=1e-5)
             np.testing.assert_allclose(drawn[1][symbol]["y"], dataset.p_max.sel(ics=name), rtol=1e-5)
             ratio = dataset.b.sel(ics=name) / dataset.b.sel(ics="Bhat")
             np.testing.assert_allclose(drawn[5][symbol]["y"], 100 * (ratio - 1), rtol=1e-5)
 
 
-def test_charts_begin_with_the_largest_load(results):
-    both = to_dataset(results["tall"]).isel(case=[1, 0])
-    assert figures.answer_chart(both).first == 0
-
-
-def test_pressures_on_the_rail_lie_on_it_and_rise_with_the_pressure(results):
-    dataset = to_dataset(results["tall"])
+def test_pressures_on_the_rail_lie_on_it_and_rise_with_the_pressure(dataset, results):
     lower = next(iter(results["tall"].solved.contacts.values())).on_grid.undeformed.lower
     chart = figures.on_rail(dataset, lower)
     assert chart.choice == "ICs"
@@ -181,11 +158,8 @@ def test_edges_go_around_the_patch_between_elements_inside_and_outside():
     assert len(figures.edge(x, s, inside)[0]) > len(along_x)
 
 
-def test_patches_have_maps_of_the_reference_and_of_differences_with_common_colours(results):
-    dataset = to_dataset(results["tall"])
-    for step, cells in enumerate(figures.patches(dataset).steps.values()):
-        reference, difference = cells
-        p = dataset.p[step]
+def test_patches_have_maps_of_the_reference_and_of_differences_with_common_colours(dataset):
+    for p, (reference, difference) in zip(dataset.p, figures.patches(dataset).steps.values(), strict=True):
         assert np.nanmax(reference.values) == float(p.sel(ics="Bhat").max())
         assert {curve.label for curve in reference.curves} == {"A", "B̂"}
         largest = float(abs(p.sel(ics="A") - p.sel(ics="Bhat")).max())
@@ -198,49 +172,36 @@ def test_nothing_is_wider_than_the_window(results, browser, tmp_path):
     require_room(browser, write_sensitivity(results, tmp_path / "maps"))
 
 
-def shapes(results):
-    return {name: mapped_contact(contacts) for name, contacts in results.items()}
+def test_maps_show_displacements_with_a_minus_displacements_with_bhat_in_percent(results, tmp_path):
+    """Of every pair of scenes; A turns no load away from the normals, so it moves them further.
 
-
-def test_pressures_mapped_onto_their_own_patch_are_the_same(results):
-    shape = mapped_contact(results["wide"])
-    assert shape.loading.load == 5300e3  # as the scene says, and not the largest
-    np.testing.assert_allclose(mapped(shape, shape), shape.normal.p, atol=1e-9 * shape.normal.p.max())
-
-
-def test_maps_show_displacements_with_a_minus_displacements_with_bhat(results, tmp_path):
-    """Of every pair of scenes; A turns no load away from the normals, so it moves them further."""
-    maps = list(sensitivities(shapes(results)))
-    assert [(one.pressures, one.patch) for one in maps] == [
-        (shape, onto) for shape in ("wide", "tall") for onto in ("wide", "tall")
-    ]
-    for one in maps:
-        inside = one.inside
-        assert 0 < np.min(inside) < np.max(inside) < 0.4
-    own = mapped_contact(results["tall"])
-    u_a, u_bhat = (own.on_grid.operator(ics)(own.normal.p[..., None])[..., 0] for ics in ("A", "Bhat"))
+    The worst are those of `wide`, which are spread, as [BVSV] says.
+    """
+    shapes = {name: mapped_contact(contacts) for name, contacts in results.items()}
+    wide, tall = shapes["wide"], shapes["tall"]
+    assert wide.loading.load == 5300e3  # as the scene says, and not the largest
+    np.testing.assert_allclose(mapped(wide, wide), wide.normal.p, atol=1e-9 * wide.normal.p.max())
+    maps = list(sensitivities(shapes))
+    assert [(one.pressures, one.patch) for one in maps] == [*product(("wide", "tall"), repeat=2)]
+    assert all(0 < np.min(one.inside) < np.max(one.inside) < 0.4 for one in maps)
+    u_a, u_bhat = (tall.on_grid.operator(ics)(tall.normal.p[..., None])[..., 0] for ics in ("A", "Bhat"))
     np.testing.assert_allclose(maps[3].difference, (u_a - u_bhat) / u_bhat.max(), atol=1e-9)
     assert write_sensitivity(results, tmp_path).stat().st_size > 1e4
-
-
-def test_the_page_of_maps_has_the_differences_on_the_patches_in_percent(results):
-    """The worst are those of `wide`, which are spread, as [BVSV] says."""
-    cases, page = list(sensitivities(shapes(results))), sensitivity_page(results)
-    largest = {(one.pressures, one.patch): np.max(np.abs(one.inside)) for one in cases}
-    worst = max(largest, key=largest.__getitem__)
-    assert worst[0] == "wide"
-    assert f"off by up to {largest[worst]:.1%} of the largest" in page.summary
+    page, worst = sensitivity_page(results), max(maps, key=lambda one: np.max(np.abs(one.inside)))
+    assert worst.pressures == "wide"
+    assert f"off by up to {np.max(np.abs(worst.inside)):.1%} of the largest" in page.summary
     chart, _ = page.sections[0].blocks
     assert chart.columns == 2
     assert [row.name for row in page.answer.rows] == ["wide", "tall"]
     cells = [cell for row in page.answer.rows for cell in row.filled]
-    for case, drawn, cell in zip(cases, chart.cells, cells, strict=True):
-        np.testing.assert_allclose(drawn.values[np.isfinite(drawn.values)], 100 * case.inside)
+    for one, drawn, cell in zip(maps, chart.cells, cells, strict=True):
+        np.testing.assert_allclose(drawn.values[np.isfinite(drawn.values)], 100 * one.inside)
         low, high = map(float, cell.text.split(" ... "))
-        assert (low, high) == pytest.approx((100 * case.inside.min(), 100 * case.inside.max()), abs=0.051)
+        assert (low, high) == pytest.approx((100 * one.inside.min(), 100 * one.inside.max()), abs=0.051)
         assert drawn.range == chart.cells[0].range
 
 
+SLOW = pytest.mark.slow
 STRANGE = {  # extra gaps at (x, s): what becomes of the contact
     "two patches along x": lambda x, s: 0.05 * np.maximum(0, 1 - np.abs(x) / 2) + 0 * s,
     "two patches along s": lambda x, s: 0.05 * np.maximum(0, 1 - np.abs(s) / 2) + 0 * x,
@@ -249,34 +210,13 @@ STRANGE = {  # extra gaps at (x, s): what becomes of the contact
 }
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        *(pytest.param(name, marks=pytest.mark.slow) for name in STRANGE if "two" in name),
-        *(name for name in STRANGE if "two" not in name),
-    ],
-)
+@pytest.mark.parametrize("name", [pytest.param(k, marks=SLOW if "two" in k else ()) for k in STRANGE])
 def test_contacts_of_any_shape_have_a_page_and_lengths_above_0(name, tmp_path):
     """Nothing may touch at x = 0, approaches may be negative, and patches as narrow as an element."""
     x, s = (values.ravel() for values in np.meshgrid(*[np.linspace(-5, 5, 11)] * 2, indexing="ij"))
-    np.savetxt(tmp_path / "gap.txt", np.column_stack([x, s, STRANGE[name](x, s)]))
-    body = {"E": 210e3, "nu": 0.3}
-    of_contact = {
-        "loads": [3e3],
-        "ics": ["A", "Bhat"],
-        "elements": 12,
-        "extra_gap": str(tmp_path / "gap.txt"),
-    }
-    results = compute_contact(
-        scene_from_table(
-            {
-                "lower": body | arc(60.0, 10.0),
-                "upper": body | arc(60.0, 10.2) | {"rolling_radius": 300.0},
-                "contact": of_contact,
-            },
-            name,
-        )
-    )
+    gap = tmp_path / "gap.txt"
+    np.savetxt(gap, np.column_stack([x, s, STRANGE[name](x, s)]))
+    results = compute_contact(scene(10.2, 300.0, loads=[3e3], elements=12, extra_gap=str(gap)))
     assert write_contact(results, tmp_path).stat().st_size > 1e5
     dataset = to_dataset(results)
     for length in ("a", "b", "aspect", "area"):
@@ -285,9 +225,8 @@ def test_contacts_of_any_shape_have_a_page_and_lengths_above_0(name, tmp_path):
     assert patches == ([1, 1] if name == "a spot that is raised" else [2, 2])
 
 
-def test_a_number_of_the_reference_that_is_0_has_differences_in_its_unit(results):
+def test_a_number_of_the_reference_that_is_0_has_differences_in_its_unit(dataset):
     """As the approach over a raised spot may be."""
-    dataset = to_dataset(results["tall"])
     at_0 = dataset.assign(approach=dataset.approach.where(dataset.ics != "Bhat", 0.0))
     cell = answer_table(at_0.isel(case=[0]), "Bhat", ["A"]).rows[1].filled[3]
     assert cell.below == f"{float(at_0.approach.sel(ics='A')[0]):+.3g}"

@@ -18,8 +18,8 @@ from femic.contact.operators.dense import GridOperator
 from femic.contact.pairs.grids import grids_of
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.reference.run_options import RunOptions
-from femic.scenes.load import scene_from_table
 from geometries.errors import Failure, WrongInput
+from tests.femic.contact.wheel_on_rail import scene
 
 LOADS = np.geomspace(1e3, 1e6, 7)
 ESTIMATE = 0.004
@@ -30,15 +30,27 @@ def law(error, estimate=ESTIMATE):
     return lambda load: Deviation(load, load ** (1 / 3), 0.5, error(load ** (1 / 3)), estimate)
 
 
-@pytest.mark.parametrize("sign", [1, -1])
-def test_a_known_crossing_is_found_with_either_sign(sign):
-    """Error 1e-5 angle^2: 5 % at the root of 5000; angles go like the third root of loads."""
-    found = find_crossing(law(lambda angle: sign * 1e-5 * angle**2), LOADS, 0.05)
-    assert found.at.angle == pytest.approx(np.sqrt(5000), rel=0.01 / 3)
-    assert found.at.error == pytest.approx(sign * 0.05, rel=0.01)
+@pytest.mark.parametrize(
+    ("error", "angle", "stays"),
+    [
+        (lambda angle: 1e-5 * angle**2, np.sqrt(5000), True),
+        (lambda angle: -1e-5 * angle**2, np.sqrt(5000), True),
+        # a sine of amplitude 10 % passes 5 % at a sixth of half of its period, and comes back
+        (lambda angle: 0.1 * np.sin(np.pi * angle / 80), 80 / 6, False),
+    ],
+)
+def test_the_first_crossing_is_found_with_either_sign(error, angle, stays):
+    """Angles go like the third root of loads."""
+    found = find_crossing(law(error), LOADS, 0.05)
+    assert found.at.angle == pytest.approx(angle, rel=0.01)
+    assert found.at.error == pytest.approx(error(found.at.angle))
+    assert abs(found.at.error) == pytest.approx(0.05, rel=0.01)
     assert not found.before
-    assert found.stays
-    assert found.end.load == found.largest.load == pytest.approx(1e6)
+    assert found.stays == stays
+    assert found.end.load == pytest.approx(1e6)
+    if stays:
+        assert found.at.angle == pytest.approx(angle, rel=0.01 / 3)
+        assert found.largest.load == found.end.load
 
 
 def test_the_error_of_a_crossing_is_that_of_the_error_over_its_slope_and_that_of_the_angle():
@@ -78,23 +90,13 @@ def test_a_crossing_at_a_load_that_was_solved_first_is_exact():
     assert find_crossing(known, LOADS, 1e-6, accuracy=0.1).estimate == 0.5
 
 
-def test_no_crossing_has_the_largest_error_and_the_end():
-    """The error is largest at angle 50 and within the tolerance everywhere."""
+def test_no_crossing_has_the_largest_error_and_the_end_and_an_earlier_one_was_before():
+    """The error is largest at angle 50 and within the tolerance everywhere; then large from the beginning."""
     found = find_crossing(law(lambda angle: 0.04 * np.exp(-(((angle - 50) / 20) ** 2))), LOADS, 0.05)
     assert found.at is None
     assert np.isnan(found.estimate)
     assert abs(found.largest.angle - 50) < 10
     assert found.end.angle == pytest.approx(100.0)
-
-
-def test_the_first_of_several_crossings_counts():
-    """A sine of amplitude 10 % passes 5 % at a sixth of half of its period, and comes back."""
-    found = find_crossing(law(lambda angle: 0.1 * np.sin(np.pi * angle / 80)), LOADS, 0.05)
-    assert found.at.angle == pytest.approx(80 / 6, rel=0.01)
-    assert not found.stays
-
-
-def test_an_error_that_is_large_from_the_beginning_has_crossed_before():
     found = find_crossing(law(lambda _: -0.2), LOADS, 0.05)
     assert found.before
     assert found.at.load == LOADS[0]
@@ -106,18 +108,13 @@ def test_loads_that_do_not_grow_are_refused(loads):
         find_crossing(law(lambda _: 0.0), loads, 0.05)
 
 
-def problem(ratio, radius=10.0, elements=12, load=1e5, rolling_radius=500.0):
-    lower = {"kind": "arc", "radius": radius, "flank_inclination_deg": 60.0}
-    upper = lower | {"radius": radius * ratio}
-    return scene_from_table(
-        {
-            "lower": {"E": 210e3, "nu": 0.28, "contour": lower},
-            "upper": {"E": 210e3, "nu": 0.28, "contour": upper, "rolling_radius": rolling_radius},
-            "patch": {"a": 0.1, "b": 0.1},
-            "contact": {"loads": [load], "elements": elements, "ics": ["A", "Bhat"], "flanks": False},
-        },
-        "arcs",
-    ).contact_problem
+def problem(ratio, radius=10.0, elements=12, load=1e5):
+    lower, upper = (
+        {"nu": 0.28, "contour": {"kind": "arc", "radius": one, "flank_inclination_deg": 60.0}}
+        for one in (radius, radius * ratio)
+    )
+    keys = {"loads": [load], "elements": elements, "flanks": False}
+    return scene(rolling_radius=500.0, lower=lower, upper=upper, **keys).contact_problem
 
 
 def deviations(of, factor=1.0, perturbed=None):
@@ -186,9 +183,8 @@ def test_estimates_hold_against_finer_grids(coarse_and_fine, number):
 
 def test_crossings_are_the_same_on_finer_grids(coarse_and_fine):
     tolerance = np.mean([coarse_and_fine[0].error("p_max", "A", load)[0] for load in (5e4, 3e5)])
-    coarse, fine = (
-        find_crossing(pair.law("p_max", "A"), [5e4, 1.2e5, 3e5], tolerance) for pair in coarse_and_fine
-    )
+    loads = [5e4, 1.2e5, 3e5]
+    coarse, fine = (find_crossing(pair.law("p_max", "A"), loads, tolerance) for pair in coarse_and_fine)
     assert coarse.at.angle == pytest.approx(fine.at.angle, abs=coarse.estimate)
     assert fine.estimate < 5.0
     assert not coarse.before
@@ -220,14 +216,10 @@ def test_a_ladder_below_the_angle_of_the_least_load_is_refused():
 
 @pytest.mark.slow  # C of a pair
 def test_with_c_of_nearly_flat_bodies_nothing_crosses(tmp_path):
-    of = problem(1.5, radius=300.0, elements=8, load=2e3)
-    options = RunOptions(1, Store(tmp_path))
-    found = solve_deviations(
-        of,
-        [2e3],
-        ["A", "Bhat"],
-        lambda pair: find_crossing(pair.law("p_max", "A"), [1e3, 2e3], 0.02),
-        options,
-    )
+    def crossing(pair):
+        return find_crossing(pair.law("p_max", "A"), [1e3, 2e3], 0.02)
+
+    of, options = problem(1.5, radius=300.0, elements=8, load=2e3), RunOptions(1, Store(tmp_path))
+    found = solve_deviations(of, [2e3], ["A", "Bhat"], crossing, options)
     assert found.at is None
     assert abs(found.largest.error) < found.largest.estimate + 0.01

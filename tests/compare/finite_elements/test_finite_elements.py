@@ -22,7 +22,7 @@ from femic.results.finite_elements import FE, compute_fe_contact, require_suitab
 from femic.scenes.errors import BadScene
 from geometries.bodies import Domain
 from geometries.errors import Failure, WrongInput
-from tests.compare.friction.scenes import scene
+from tests.femic.contact.wheel_on_rail import scene
 
 LOADS = [2e3, 5e3, 1e4]
 COMPLIANCE = {"lower": 5e-7, "upper": -2e-7}  # mm/N, rigid part of that of both bodies
@@ -101,6 +101,7 @@ def fe_calls(monkeypatch, by_bhat):
 
 
 def test_numbers_by_finite_elements_join_numbers_with_ics(fe_calls, by_bhat):
+    """Force, moment, centre and pressures along s at x = 0, too."""
     dataset = by_fe(pressed())
     assert list(dataset.ics.values) == ["A", "Bhat", FE]
     assert [load for load, _ in fe_calls] == LOADS
@@ -108,24 +109,29 @@ def test_numbers_by_finite_elements_join_numbers_with_ics(fe_calls, by_bhat):
         np.testing.assert_allclose(dataset[name].sel(ics=FE), by_bhat[name])
         np.testing.assert_allclose(dataset[f"estimate_{name}"].sel(ics=FE), KNOWN * by_bhat[name])
     assert float(abs(dataset.p_max.sel(ics="A") / dataset.p_max.sel(ics=FE) - 1).max()) > 0.005
+    np.testing.assert_allclose(dataset.F_y.sel(ics=FE), SIDEWAYS * np.array(LOADS))
+    np.testing.assert_allclose(differences(dataset, "s_centre").sel(ics="A"), -0.2, atol=1e-6)
+    np.testing.assert_allclose(estimates(dataset, "M_x"), KNOWN * 3 * SIDEWAYS * np.array(LOADS))
+    s, p = dataset.s_fe[1].values, dataset.p_fe[1].values
+    assert np.all(np.diff(s) > 0)
+    assert len(s) == 5
+    b, p_max = float(by_bhat.b[1]), float(by_bhat.p_max[1])
+    np.testing.assert_allclose(p, p_max * np.sqrt(np.maximum(1 - (s / b) ** 2, 0)))
 
 
 @pytest.mark.usefixtures("fe_calls")
-def test_rigid_part_of_the_compliance_is_subtracted_from_approaches(by_bhat):
-    dataset = by_fe(pressed())
-    assert float(dataset.rigid_compliance) == pytest.approx(RIGID)
-    np.testing.assert_allclose(dataset.approach.sel(ics=FE), by_bhat.approach)
-    np.testing.assert_allclose(dataset.fe_raw_approach, by_bhat.approach + RIGID * np.array(LOADS))
+@pytest.mark.parametrize(("discount", "rigid"), [("approach", RIGID), ("none", 0.0)])
+def test_rigid_part_of_the_compliance_is_subtracted_from_approaches_unless_c_contains_it(
+    discount, rigid, by_bhat
+):
+    """Nothing is fitted: other ICs beside finite elements do not change these."""
+    dataset, whole = by_fe(replace(pressed(), discount=discount)), RIGID * np.array(LOADS)
+    assert float(dataset.rigid_compliance) == pytest.approx(rigid)
+    np.testing.assert_allclose(
+        dataset.approach.sel(ics=FE), by_bhat.approach + whole - rigid * np.array(LOADS)
+    )
+    np.testing.assert_allclose(dataset.fe_raw_approach, by_bhat.approach + whole)
     np.testing.assert_array_equal(dataset.approach.sel(ics="Bhat"), by_bhat.approach)
-
-
-@pytest.mark.usefixtures("fe_calls")
-def test_nothing_is_subtracted_from_approaches_if_c_contains_the_rigid_part(by_bhat):
-    """Nor is anything fitted: other ICs beside finite elements do not change these."""
-    whole = replace(pressed(), discount="none")
-    dataset = by_fe(whole)
-    assert float(dataset.rigid_compliance) == 0
-    np.testing.assert_allclose(dataset.approach.sel(ics=FE), by_bhat.approach + RIGID * np.array(LOADS))
 
 
 @pytest.mark.usefixtures("fe_calls")
@@ -133,24 +139,6 @@ def test_supports_are_the_same_as_with_c(monkeypatch):
     monkeypatch.setattr(compute, "fe_contact", lambda bodies, *_, **__: pytest.fail(str(bodies.upper.domain)))
     with pytest.raises(pytest.fail.Exception, match=r"far_radius=90\.0, half_length=270\.0"):
         by_fe(replace(pressed(), support_radius=90.0))
-
-
-@pytest.mark.usefixtures("fe_calls")
-def test_force_moment_and_centre_of_pressure_join_numbers_with_ics():
-    dataset = by_fe(pressed())
-    np.testing.assert_allclose(dataset.F_y.sel(ics=FE), SIDEWAYS * np.array(LOADS))
-    np.testing.assert_allclose(differences(dataset, "s_centre").sel(ics="A"), -0.2, atol=1e-6)
-    np.testing.assert_allclose(estimates(dataset, "M_x"), KNOWN * 3 * SIDEWAYS * np.array(LOADS))
-
-
-@pytest.mark.usefixtures("fe_calls")
-def test_pressures_along_s_are_at_x_0(by_bhat):
-    dataset = by_fe(pressed())
-    s, p = dataset.s_fe[1].values, dataset.p_fe[1].values
-    assert np.all(np.diff(s) > 0)
-    assert len(s) == 5
-    b = float(by_bhat.b[1])
-    np.testing.assert_allclose(p, float(by_bhat.p_max[1]) * np.sqrt(np.maximum(1 - (s / b) ** 2, 0)))
 
 
 def test_finished_loads_are_stored_by_load_cells_and_bodies(fe_calls, tmp_path):
@@ -218,10 +206,7 @@ def test_stored_loads_are_read_without_work(fe_calls, tmp_path):
 def test_unsupported_scenes_are_refused_before_any_work(keys, message):
     with pytest.raises(BadScene, match=message):
         require_suitable(pressed(**keys))
-
-
-def test_c_without_the_bending_of_bodies_is_refused():
-    with pytest.raises(BadScene, match=r"discount = 'source': .* take 'approach'"):
+    with pytest.raises(BadScene, match=r"discount = 'source': .* take 'approach'"):  # no bending of bodies
         require_suitable(replace(pressed(), discount="source"))
 
 

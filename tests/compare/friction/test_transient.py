@@ -11,11 +11,11 @@ from compare.pages.friction import number_tables, worst_friction
 from compare.pages.transient import STEADY, TRANSIENT, parts, settling_distance
 from femic.contact.motions.rolling import OF_ROLLING
 from femic.reference.run_options import RunOptions
-from femic.results.friction import compute_with_friction, with_supports
+from femic.results.friction import compute_with_friction
 from femic.scenes.errors import BadScene
 from femic.scenes.listing import listing
-from tests.compare.friction.scenes import scene
 from tests.compare.pages import require_number
+from tests.femic.contact.wheel_on_rail import scene
 
 KEYS = {"motion": "transient", "loads": [2e3], "friction": [0.2, 0.5], "creepage": 1e-3}
 
@@ -56,15 +56,14 @@ def test_transient_rolling_ends_at_steady_rolling_with_the_same_creepage(dataset
 
 def test_page_and_file_agree(dataset, tmp_path):
     page = TRANSIENT.write(dataset, tmp_path).read_text(encoding="utf-8")
-    written = xr.open_dataset(tmp_path / "contact.nc")
-    assert {path.stem.split("_0.")[0] for path in (tmp_path / "figures").iterdir()} == {
-        f"contact_{name}" for name in ("growth", "stick", "pressures", "work", "numbers")
-    }
-    assert parts(written).summary in page.replace("&#39;", "'")
+    figures = {path.stem.split("_0.")[0] for path in (tmp_path / "figures").iterdir()}
+    assert figures == {f"contact_{name}" for name in ("growth", "stick", "pressures", "work", "numbers")}
+    assert parts(xr.open_dataset(tmp_path / "contact.nc")).summary in page.replace("&#39;", "'")
 
 
 def test_tables_have_some_distances_and_steady_rolling(dataset):
-    table = number_tables(dataset, STEADY)[0].blocks[1]
+    forces, others = (table.blocks for table in number_tables(dataset, STEADY)[:2])
+    table = forces[1]
     assert table.caption == "friction 0.5: F_x [N]"
     distances = [row.name for row in table.rows]
     assert len(distances) == 20 + 1
@@ -73,8 +72,7 @@ def test_tables_have_some_distances_and_steady_rolling(dataset):
     for row, key in ((table.rows[-2], "F_x"), (table.rows[-1], "steady_F_x")):
         value, estimate = (np.ravel(rolling[name])[-1] for name in (key, f"estimate_{key}"))
         require_number(f"{row.cells[1].text} {row.cells[1].below}", value, estimate)
-    others = number_tables(dataset, STEADY)[1].blocks[0]
-    assert len(others.rows) == 5 + 1
+    assert len(others[0].rows) == 5 + 1
 
 
 def test_summary_states_the_distance_from_which_on_the_force_is_steady(dataset):
@@ -107,36 +105,18 @@ def test_the_answer_has_the_numbers_of_the_arrays(dataset):
 
 
 def test_small_forces_are_not_drawn_and_steady_forces_are_lines(dataset):
-    chart = transient_page.growth(dataset)
-    panels = chart.steps["μ\u00a0=\u00a00.2"]
-    assert len(panels) == 3  # F_x, its difference, and sliding
-    force, away, sliding = panels
-    aside = dataset.assign(
-        F_y=0.5 * dataset.F_x, estimate_F_y=dataset.estimate_F_x, steady_F_y=dataset.steady_F_x
-    )
-    assert len(transient_page.growth(aside).cells) == 2 * 4
-    limit = 0.2 * dataset.attrs["load"]
+    force, away, sliding = transient_page.growth(dataset).steps["μ\u00a0=\u00a00.2"]  # no F_y
+    aside = {"F_y": 0.5 * dataset.F_x, "estimate_F_y": dataset.estimate_F_x, "steady_F_y": dataset.steady_F_x}
+    assert len(transient_page.growth(dataset.assign(aside)).cells) == 2 * 4
+    limit, of_friction = 0.2 * dataset.attrs["load"], dataset.sel(friction=0.2)
     levels = {round(float(curve.y[0]), 9) for curve in force.curves if len(curve.y) == 2}
-    assert levels == {round(float(level), 9) for level in [*dataset.steady_F_x.sel(friction=0.2), limit]}
-    of_friction = dataset.sel(friction=0.2)
+    assert levels == {round(float(level), 9) for level in [*of_friction.steady_F_x, limit]}
     for ics, symbol in (("A", "A"), ("Bhat", "B̂")):
-        (drawn,) = (curve for curve in force.curves if curve.label == symbol and len(curve.y) > 2)
-        np.testing.assert_allclose(drawn.y, of_friction.F_x.sel(ics=ics))
-        (drawn,) = (curve for curve in away.curves if curve.label == symbol)
-        expected = of_friction.F_x.sel(ics=ics) - of_friction.F_x.sel(ics="Bhat")
-        np.testing.assert_allclose(drawn.y, 100 * expected / limit)
-        (drawn,) = (curve for curve in sliding.curves if curve.label == symbol and len(curve.y) > 2)
-        np.testing.assert_allclose(drawn.y, 100 * of_friction.sliding_share.sel(ics=ics))
-
-
-@pytest.mark.usefixtures("in_place_of_c")
-def test_supports_are_changed_at_the_last_distance():
-    of = rolling(ics=["A", "C"], friction=[0.5], distance=2.0)
-    supported = with_supports(of, compute_with_friction(of), RunOptions(1))
-    last = supported.sel(ics="C", friction=0.5).isel(distance=-1)
-    assert float(supported.supported_distance) == float(last.distance)
-    assert float(supported.supported_F_x[0]) == pytest.approx(float(last.F_x), rel=1e-6)
-    assert float(supported.supported_F_x[1]) < float(last.F_x)
+        own = of_friction.sel(ics=ics)
+        difference = 100 * (own.F_x - of_friction.F_x.sel(ics="Bhat")) / limit
+        for panel, expected in ((force, own.F_x), (away, difference), (sliding, 100 * own.sliding_share)):
+            (drawn,) = (curve for curve in panel.curves if curve.label == symbol and len(curve.y) > 2)
+            np.testing.assert_allclose(drawn.y, expected)
 
 
 def test_campaigns_store_numbers_by_distance():
@@ -145,16 +125,15 @@ def test_campaigns_store_numbers_by_distance():
     assert numbers.F_x.dims == ("friction", "ics", "distance")
 
 
-def test_keys_are_listed_and_keys_of_other_motions_are_refused():
-    assert "creepage = 0.002" in listing("rolling")
-    assert "of transient rolling: rolled distance [mm]" in listing("rolling")
+def test_keys_of_other_motions_are_refused():
     with pytest.raises(BadScene, match="equal_force is only of motion = 'rolling', not 'transient'"):
         rolling(equal_force=0.3)
-    with pytest.raises(
-        BadScene, match="distance is only of motion = 'transient', not 'rolling': leave it out"
-    ):
+    with pytest.raises(BadScene, match="distance is only of motion = 'transient', not 'rolling': leave"):
         scene(motion="rolling", loads=[1e3], distance=3.0)
     with pytest.raises(BadScene, match=r"motion = 'transient' has one load"):
         rolling(loads=[1e3, 2e3])
-    with pytest.raises(BadScene, match=r"needs a wheel.*or motion = 'compression'"):
-        scene(13.0, float("inf"), **KEYS)
+
+
+def test_keys_are_listed():
+    assert "creepage = 0.002" in listing("rolling")
+    assert "of transient rolling: rolled distance [mm]" in listing("rolling")

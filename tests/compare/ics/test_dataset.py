@@ -11,14 +11,10 @@ from geometries.patches import Load
 from tests.compare.conftest import on_line
 
 
-def test_combined_ics_are_sum_of_bodies(small):
-    _, dataset, _ = small
+def test_combined_ics_are_sum_of_bodies_and_a_that_with_combined_constants(small):
+    results, dataset, _ = small
     total = dataset.ic.sel(body="upper") + dataset.ic.sel(body="lower")
     np.testing.assert_allclose(dataset.ic.sel(body="combined"), total, rtol=1e-14)
-
-
-def test_combined_a_is_half_space_with_combined_constants(small):
-    results, dataset, _ = small
     scene = results.scene
     constants = both_bodies(scene.bodies["upper"].material, scene.bodies["lower"].material)
     a = HalfSpace(constants).ics(scene.patch, dataset.x.values, dataset.s.values) / scene.patch.area

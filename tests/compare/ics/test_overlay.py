@@ -65,8 +65,21 @@ def compare(folder, *scenes, out=None):
     return exit_code(["compare", *(str(folder / scene) for scene in scenes), *where, "--workers", "1"])
 
 
-def opened(folder):
-    return load(sources([str(folder / scene) for scene in SCENES], folder / "results"))
+@pytest.fixture
+def overlay(compared):
+    """The scenes and their results, as they are compared."""
+    return load(sources([str(compared / scene) for scene in SCENES], compared / "results"))
+
+
+def ics_of(overlay):
+    return {name: scene.ics for name, scene in overlay.items()}
+
+
+def cells_of(overlay, component):
+    """The cells of a component as the page has them, by title."""
+    content = read_chart(chart(ics_of(overlay)))
+    assert content["labels"][content["start"]] == "nn"
+    return {cell["title"]: cell for cell in content["steps"][content["labels"].index(component)]}
 
 
 def read(folder, name):
@@ -84,8 +97,8 @@ def test_overlay_writes_report_figures_and_csv(compared):
 
 
 @pytest.mark.parametrize(("name", "E", "L"), [("gentle", 210e3, 10.0), ("steep", 70e3, 4.0)])
-def test_curves_agree_with_ics_file_in_unit_of_scene(name, E, L, compared):
-    curves = dimensionless(opened(compared)[name].ics, "sn")
+def test_curves_agree_with_ics_file_in_unit_of_scene(name, E, L, compared, overlay):
+    curves = dimensionless(overlay[name].ics, "sn")
     line = on_line(read(compared, f"{name}/ics.nc"), LINE).sel(body="lower", i="s", j="n")
     assert curves.across == "s / L  [-]"
     np.testing.assert_allclose(curves["at"], line.s / L, rtol=1e-13)
@@ -98,15 +111,7 @@ def dimensionless(ics, component):
     return along_line(ics, LINE, "lower", component, dimensionless=True)
 
 
-def cells_of(overlay, component):
-    """The cells of a component as the page has them, by title."""
-    content = read_chart(chart(ics_of(overlay)))
-    assert content["labels"][content["start"]] == "nn"
-    return {cell["title"]: cell for cell in content["steps"][content["labels"].index(component)]}
-
-
-def test_chart_has_curves_of_all_scenes_and_their_differences(compared):
-    overlay = opened(compared)
+def test_chart_has_curves_of_all_scenes_and_their_differences(overlay):
     assert drawn_variants(overlay) == ["A", "Bhat", "C"]
     cells = cells_of(overlay, "sn")
     assert list(cells) == [f"lower, {LINE}", f"lower, {LINE}: minus C"]
@@ -129,8 +134,7 @@ def test_chart_has_curves_of_all_scenes_and_their_differences(compared):
     assert len(set(DASHES)) == MOST_SCENES
 
 
-def test_both_halves_of_line_are_shown_if_a_scene_is_not_symmetric(compared):
-    overlay = opened(compared)
+def test_both_halves_of_line_are_shown_if_a_scene_is_not_symmetric(overlay):
     steep = overlay["steep"].ics
     assert is_mirrored(steep, LINE)
     tilted = steep.assign(ic=steep.ic.where(steep.s > 0, 1.01 * steep.ic))
@@ -141,20 +145,20 @@ def test_both_halves_of_line_are_shown_if_a_scene_is_not_symmetric(compared):
     assert min(gentle["x"]) == -6.0 / 10.0
 
 
-def test_csv_contains_curves(compared):
+def test_csv_contains_curves(compared, overlay):
     path = compared / "results" / "gentle_steep" / "curves_x1.6mm.csv"
     with path.open(encoding="utf-8", newline="") as file:
         rows = [row for row in csv.DictReader(file) if (row["scene"], row["component"]) == ("steep", "sn")]
-    steep = dimensionless(opened(compared)["steep"].ics, "sn")
+    steep = dimensionless(overlay["steep"].ics, "sn")
     a, c = (steep.ic.sel(variant=variant) for variant in "AC")
     expected = {"s/L": steep["at"], "A": a, "C": c, "estimate": steep.estimate}
     for column, values in expected.items():
         np.testing.assert_allclose([float(row[column]) for row in rows], values, rtol=1e-7, atol=1e-12)
 
 
-def test_answer_and_summary_have_the_errors_of_the_files_on_common_lines(compared):
+def test_answer_and_summary_have_the_errors_of_the_files_on_common_lines(compared, overlay):
     """Not those on s = 1.6 mm, which only one has."""
-    shown = page("", opened(compared), [])
+    shown = page("", overlay, [])
     assert [column.head for column in shown.answer.heads] == ["scene", "nn", "sn"]
     assert [row.name for row in shown.answer.rows] == ["A", "", "B̂", "", "C ±", ""]
     variants = (variant for variant in ("A", "Bhat", "C") for _ in SCENES)
@@ -167,18 +171,20 @@ def test_answer_and_summary_have_the_errors_of_the_files_on_common_lines(compare
         assert f"{ics_symbol(variant)}{' ±' if variant == 'C' else ''} {cells[0]}" in shown.summary
 
 
-def ics_of(overlay):
-    return {name: scene.ics for name, scene in overlay.items()}
-
-
-def test_only_differences_are_listed(compared):
-    values = differences(ics_of(opened(compared)))
+def test_only_differences_are_listed(overlay):
+    values = differences(ics_of(overlay))
     assert values["lower.E: Young's modulus [MPa]"] == ["210000", "70000"]
     listed = {key.split(": ")[0]: value for key, value in values.items()}
-    assert listed["lower.contour.flank_inclination_deg"] == ["20", "50"]
-    assert listed["reference_length"] == ["10", "4"]  # that of gentle is a default
-    assert listed["lines.1.along"] == ["s", "–"]
-    assert not {"lower.nu", "upper.E", "patch.a", "engine.far_radius", "rotation_reach"} & listed.keys()
+    for key, both in (
+        ("lower.contour.flank_inclination_deg", ["20", "50"]),
+        ("reference_length", ["10", "4"]),  # that of gentle is a default
+        ("moment_arm", ["3.75", "2"]),  # 60 / 16, 4 / 2: computed
+        ("lines.1.along", ["s", "–"]),
+    ):
+        assert listed[key] == both
+    same = {"lower.nu", "upper.E", "patch.a", "engine.far_radius", "rotation_reach"}
+    assert not same & listed.keys()
+    assert not {key for key in listed if key.startswith("computed with")}
 
 
 def differences_with(overlay, **attributes):
@@ -188,31 +194,32 @@ def differences_with(overlay, **attributes):
     return {key.split(": ")[0]: values for key, values in found.items()}
 
 
-def test_programs_with_different_versions_are_listed(compared):
-    overlay = opened(compared)
+def test_other_versions_and_settings_that_were_computed_are_listed_with_their_values(overlay):
     attributes = overlay["steep"].ics.attrs
-    assert not {key for key in differences_with(overlay) if key.startswith("computed with")}
     versions = json.loads(attributes["versions"]) | {"gmsh": "0.1"}
-    values = differences_with(overlay, versions=json.dumps(versions), code="0123456789ab")
+    settings = json.loads(attributes["settings"]) | {
+        "first smallest_cell [mm]": 0.05,
+        "first growth": 0.2,
+        "first line_growth": 0.07,
+    }
+    values = differences_with(
+        overlay, versions=json.dumps(versions), code="0123456789ab", settings=json.dumps(settings)
+    )
     assert values["computed with gmsh"][1] == "0.1"
     assert values["computed with code"] == [attributes["code"], "0123456789ab"]
     assert "computed with femic" not in values
-
-
-def test_computed_defaults_are_listed_with_their_values(compared):
-    overlay = opened(compared)
-    assert differences_with(overlay)["moment_arm"] == ["3.75", "2"]  # 60 / 16, 4 / 2
-    settings = json.loads(overlay["steep"].ics.attrs["settings"])
-    other = {"first smallest_cell [mm]": 0.05, "first growth": 0.2, "first line_growth": 0.07}
-    values = differences_with(overlay, settings=json.dumps(settings | other))
     assert values["engine.smallest_cell"] == ["0.1", "0.05"]
     assert values["engine.growth"] == ["0.3", "0.2"]
     assert values["engine.line_growth"] == ["0.2", "0.07"]
 
 
-def test_results_up_to_date_are_not_computed_again(copied, computed):
+def test_results_up_to_date_and_folders_are_not_computed_again(copied, computed):
     assert compare(copied, *SCENES) == DONE
+    (copied / "steep.toml").unlink()
+    out = copied / "elsewhere"
+    assert compare(copied, "gentle.toml", "results/steep", out=out) == DONE
     assert computed == []
+    assert "steep" in (out / "report.html").read_text(encoding="utf-8")
 
 
 def test_results_of_changed_scene_are_computed_again(copied):
@@ -254,14 +261,6 @@ def test_folder_with_changed_files_is_refused(copied, capsys):
     (errors * 2).to_netcdf(path, engine="h5netcdf")
     assert compare(copied, str(copied / "results/steep"), str(copied / "results/gentle")) == WRONG_INPUT
     assert "errors.nc: not as `femic run` has written it" in " ".join(capsys.readouterr().err.split())
-
-
-def test_folder_of_results_is_not_computed_again(copied, computed):
-    (copied / "steep.toml").unlink()
-    out = copied / "elsewhere"
-    assert compare(copied, "gentle.toml", "results/steep", out=out) == DONE
-    assert computed == []
-    assert "steep" in (out / "report.html").read_text(encoding="utf-8")
 
 
 ALL = 'bodies = ["upper"]\ncomponents = ["xx"]\nvariants = ["A"]'

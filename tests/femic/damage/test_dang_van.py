@@ -9,7 +9,7 @@ from geometries.errors import WrongInput
 RANDOM = np.random.default_rng(7)
 ANGLES = np.linspace(0, 2 * np.pi, 33)  # with the peaks and the start again
 CRITERION = DangVan(0.3)
-XX, XS = np.eye(6)[0], np.eye(6)[5]
+XX, SZ, XS = np.eye(6)[[0, 3, 5]]
 
 
 def cycle(sine, cosine=0 * XX, mean=0 * XX):
@@ -17,30 +17,27 @@ def cycle(sine, cosine=0 * XX, mean=0 * XX):
     return tensors(np.multiply.outer(np.sin(ANGLES), sine) + np.multiply.outer(np.cos(ANGLES), cosine) + mean)
 
 
-def rotation():
-    turn, _ = np.linalg.qr(RANDOM.normal(size=(3, 3)))
-    return turn
+PRESSED = cycle(100.0 * XS, mean=-300.0 * np.array([1, 1, 1, 0, 0, 0]))
+TO_LIMITS = DangVan(3 * (260.0 / 420.0 - 0.5))  # in torsion and in bending
 
 
-def test_a_shear_cycle_has_its_amplitude_whatever_its_mean():
-    for mean in (0 * XS, 250.0 * XS, 80.0 * XS - 40 * np.eye(6)[3]):
-        assert equivalent_stress(cycle(120.0 * XS, mean=mean), CRITERION) == pytest.approx(120.0)
-
-
-def test_reversed_tension_has_half_of_it_and_a_share_of_its_hydrostatic_stress():
-    assert equivalent_stress(cycle(300.0 * XX), CRITERION) == pytest.approx(150 + 0.3 * 100)
-
-
-def test_tension_from_zero_counts_its_mean_in_the_hydrostatic_stress_alone():
-    found = equivalent_stress(cycle(150.0 * XX, mean=150.0 * XX), CRITERION)
-    assert found == pytest.approx(75 + 0.3 * 100)
-
-
-@pytest.mark.parametrize(("sigma", "tau"), [(200.0, 60.0), (100.0, 140.0)])
-def test_tension_and_torsion_a_quarter_apart(sigma, tau):
-    """Half the difference of principal stresses is sqrt(sigma^2/4 + tau^2): it never has both at once."""
-    found = equivalent_stress(cycle(sigma * XX, tau * XS), DangVan(0.0))
-    assert found == pytest.approx(max(sigma / 2, tau))
+@pytest.mark.parametrize(
+    ("stresses", "criterion", "expected"),
+    [
+        *((cycle(120.0 * XS, mean=mean), CRITERION, 120.0) for mean in (0 * XS, 250 * XS, 80 * XS - 40 * SZ)),
+        (cycle(300.0 * XX), CRITERION, 150 + 0.3 * 100),
+        (cycle(150.0 * XX, mean=150.0 * XX), CRITERION, 75 + 0.3 * 100),  # tension from zero
+        # a quarter apart: half the difference of principal stresses is sqrt(sigma^2/4 + tau^2), never both
+        (cycle(200.0 * XX, 60.0 * XS), DangVan(0.0), 100.0),
+        (cycle(100.0 * XX, 140.0 * XS), DangVan(0.0), 140.0),
+        (PRESSED, CRITERION, 100 - 0.3 * 300),
+        (PRESSED, DangVan(0.3, compression=0.0), 100.0),
+        (cycle(260.0 * XS), TO_LIMITS, 260.0),
+        (cycle(420.0 * XX), TO_LIMITS, 260.0),
+    ],
+)
+def test_cycles_of_tension_and_torsion_have_their_closed_forms(stresses, criterion, expected):
+    assert equivalent_stress(stresses, criterion) == pytest.approx(expected)
 
 
 def random_cycle(points=()):
@@ -48,32 +45,20 @@ def random_cycle(points=()):
 
 
 def test_rotated_stresses_have_the_same_equivalent_stress():
-    stresses, turn = random_cycle((3, 2)), rotation()
+    stresses, (turn, _) = random_cycle((3, 2)), np.linalg.qr(RANDOM.normal(size=(3, 3)))
     here, there = (equivalent_stress(one, CRITERION) for one in (stresses, turn @ stresses @ turn.T))
     np.testing.assert_allclose(there, here, rtol=1e-10)
     assert here.shape == (3, 2)
 
 
-def test_hydrostatic_stress_that_stays_counts_by_its_weight_alone():
-    stresses = random_cycle((4,))
-    raised = stresses + 70 * np.eye(3)
+def test_hydrostatic_stress_that_stays_counts_by_its_weight_alone_and_a_deviator_not_at_all():
+    stresses, residual = random_cycle((4,)), tensors(np.array([50.0, -20, -30, 15, 40, -60]))
     for weight in (0.3, 0.0):
-        before, after = (equivalent_stress(one, DangVan(weight)) for one in (stresses, raised))
+        before, after = (
+            equivalent_stress(one, DangVan(weight))
+            for one in (stresses, stresses + 70 * np.eye(3) + residual)
+        )
         np.testing.assert_allclose(after, before + weight * 70)
-
-
-def test_a_deviator_that_stays_does_not_count():
-    stresses = random_cycle((4,))
-    residual = tensors(np.array([50.0, -20, -30, 15, 40, -60]))
-    np.testing.assert_allclose(
-        equivalent_stress(stresses + residual, CRITERION), equivalent_stress(stresses, CRITERION)
-    )
-
-
-def test_compression_may_count_less():
-    pressed = cycle(100.0 * XS, mean=-300.0 * np.array([1, 1, 1, 0, 0, 0]))
-    assert equivalent_stress(pressed, CRITERION) == pytest.approx(100 - 0.3 * 300)
-    assert equivalent_stress(pressed, DangVan(0.3, compression=0.0)) == pytest.approx(100)
 
 
 def test_order_of_steps_and_repeated_cycles_do_not_matter():
@@ -82,12 +67,6 @@ def test_order_of_steps_and_repeated_cycles_do_not_matter():
     assert equivalent_stress(shuffled, CRITERION) == pytest.approx(
         float(equivalent_stress(stresses, CRITERION)), rel=1e-10
     )
-
-
-def test_limits_in_torsion_and_bending_are_both_met():
-    criterion = DangVan(3 * (260.0 / 420.0 - 0.5))
-    for stresses in (cycle(260.0 * XS), cycle(420.0 * XX)):
-        assert equivalent_stress(stresses, criterion) == pytest.approx(260.0)
 
 
 def test_amplitudes_of_points_are_those_of_each_alone():

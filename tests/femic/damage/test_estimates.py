@@ -60,15 +60,10 @@ def at_force(wheel, share, guess):
     return RollingSolution(wheel, rolling, POINT.load, 0.02 * share * LIMIT / rise)
 
 
-def wheels(problem):
-    """A wheel on elements, on twice and on four times as large ones."""
-    coarse = problem.coarsened
-    return [wheel_on(one) for one in (problem, coarse, coarse.coarsened)]
-
-
 def solved(solve, problem):
     """A contact, with those on elements twice and four times as large."""
-    own, *larger = map(solve, wheels(problem))
+    coarse = problem.coarsened
+    own, *larger = (solve(wheel_on(one)) for one in (problem, coarse, coarse.coarsened))
     return replace(own, larger=tuple(larger))
 
 
@@ -107,25 +102,17 @@ def test_where_little_slides_what_grids_miss_of_the_work_counts():
     assert errors["area"] / numbers["area"] == pytest.approx(errors["work"] / numbers["work"], rel=0.05)
 
 
-def worn(solution):
-    sliding = find_sliding(solution.contact, 1.0)
-    return {"area": float(np.sum(depth(sliding, LAW))) * sliding.grid.ds}
-
-
 def work_and_worn(solution):
-    return work(solution) | worn(solution)
+    sliding = find_sliding(solution.contact, 1.0)
+    return work(solution) | {"area": float(np.sum(depth(sliding, LAW))) * sliding.grid.ds}
 
 
-def test_worn_areas_are_known_as_well_as_the_work():
+def test_worn_areas_are_known_as_well_as_the_work_which_they_follow():
     """They are in proportion to it under this law."""
-    _, numbers, errors = known(rolled(Creepages(4e-3)), work_and_worn)
-    assert errors["area"] / numbers["area"] == pytest.approx(errors["work"] / numbers["work"], rel=1e-3)
-
-
-def test_worn_area_is_within_its_estimate_of_that_on_finer_elements():
     creepages = Creepages(2e-3, 1e-3)
-    _, numbers, errors = known(rolled(creepages), worn)
-    finer = worn(at_creepages(wheel_on(paraboloids(*FINER)), creepages))
+    _, numbers, errors = known(rolled(creepages), work_and_worn)
+    assert errors["area"] / numbers["area"] == pytest.approx(errors["work"] / numbers["work"], rel=1e-3)
+    finer = work_and_worn(at_creepages(wheel_on(paraboloids(*FINER)), creepages))
     assert abs(finer["area"] - numbers["area"]) < errors["area"] < 0.2 * numbers["area"]
 
 
@@ -138,12 +125,6 @@ def test_uncertain_elements_count_by_the_work_of_full_sliding():
     error = estimate_errors(own, work)[1]["work"]
     assert error - by_changes == pytest.approx(uncertain, rel=1e-3)
     assert uncertain > 0.05 * by_changes
-
-
-def test_without_slip_nothing_is_uncertain():
-    _, numbers, errors = known(rolled(Creepages()), work_and_worn)
-    assert numbers == {"work": 0, "area": 0}
-    assert errors == {"work": 0, "area": 0}
 
 
 # ---- at prescribed forces
@@ -306,18 +287,16 @@ def test_what_is_not_known_is_nan(larger, changed):
 
 
 def test_t_gamma_is_known_to_uncertain_forces_times_the_creepages_that_are_given():
-    """By elements whose state is uncertain alone: here nothing changes from grid to grid."""
+    """By elements whose state is uncertain alone: nothing else changes from grid to grid; these are exact."""
     own = at_creepages(wheel_on(paraboloids(16, 18)), SIDEWAYS)
     force = floors(own.contact.slip_state)["force"] * LIMIT
     expected = np.hypot(SIDEWAYS.longitudinal, SIDEWAYS.lateral) * force
-    own = replace(own, larger=(own, own))
-    _, errors = estimate_errors(own, lambda one: {"t_gamma": sum(t_gamma(one.problem, one.rolling)[:2])})
+    _, errors = estimate_errors(replace(own, larger=(own, own)), all_numbers)
     assert errors["t_gamma"] == pytest.approx(expected, rel=1e-3)
-
-
-def test_a_prescribed_creepage_is_exact():
-    _, _, errors = known(rolled(SIDEWAYS), lambda one: {"xi": one.rolling.creepages.longitudinal})
     assert errors["xi"] == 0
+    still = at_creepages(wheel_on(paraboloids(16, 18)), Creepages())
+    numbers, errors = estimate_errors(replace(still, larger=(still, still)), work_and_worn)
+    assert numbers == errors == {"work": 0, "area": 0}
 
 
 def test_without_a_slope_creepage_and_t_gamma_are_not_known():

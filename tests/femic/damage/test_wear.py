@@ -1,5 +1,6 @@
-"""Worn gaps: mass balance, stability, convergence with steps, symmetry."""
+"""Worn gaps: mass balance, stability, convergence with steps, symmetry; the wear of a scene."""
 
+import re
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
@@ -7,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from femic.cli.main import WRONG_INPUT, exit_code
 from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
 from femic.contact.pairs.pair_on_grid import PairOnGrid
@@ -15,12 +17,17 @@ from femic.contact.specification import Profile
 from femic.contact.undeformed import Undeformed
 from femic.damage import wear as module
 from femic.damage.estimates import RollingSolution
-from femic.damage.laws import EnergyLaw
+from femic.damage.laws import STEEL_DENSITY, EnergyLaw
+from femic.damage.specification import DamageSpecification
 from femic.damage.wear import WearSteps, ripple_factor, wear_contact, worn_problem
+from femic.results.damage import compute_wear
+from femic.results.stressed_contact import require_stresses
+from femic.scenes.load import load_scene
 from geometries.contours import arc
 from geometries.errors import WrongInput
 from geometries.surfaces import LOWER, UPPER, Surface
 from tests.femic.contact.friction_problems import POINT, STEELS, groove, level, paraboloids, wheel_on
+from tests.femic.contact.wheel_on_rail import scene
 
 LAW = EnergyLaw(mild=0.7, transition=1e9)
 PASSAGES = 60.0
@@ -177,24 +184,24 @@ def test_scattered_places_keep_the_volume_and_widen_the_gap(spread):
     assert variances[1] - variances[0] == pytest.approx(spread**2, rel=0.01)  # cut off at 4 deviations
 
 
-def test_scattered_places_allow_larger_steps_which_do_not_oscillate():
-    wheel = flat(14, 40, room=(1.8, 4.4))
+def ripple_factors(wheel, *spreads):
+    """The factors of ripples in the first contact of a wheel, by the spread of places."""
     first = next(wear_contact(driven(wheel), steps(1, 1.0, 0.0)))
-    alone, spread = (ripple_factor(first.rolling.contact, first.sliding, steps(1, 1.0, 0.0, spread=one))
-                     for one in (0.0, 0.5))  # fmt: skip
-    assert spread < alone / 4
-    gap = gap_after(wheel, steps(4, 0.9 / spread, 0.0, spread=0.5))
+    return [
+        ripple_factor(first.rolling.contact, first.sliding, steps(1, 1.0, 0.0, spread=one)) for one in spreads
+    ]
+
+
+def test_scattered_places_allow_larger_steps_which_do_not_oscillate():
+    """A small spread is limited by ripples."""
+    wheel = flat(14, 40, room=(1.8, 4.4))
+    alone, small, large = ripple_factors(wheel, 0.0, 1e-3, 0.5)
+    assert alone == small
+    assert large < alone / 4
+    gap = gap_after(wheel, steps(4, 0.9 / large, 0.0, spread=0.5))
     s = wheel.rolling.s
     assert np.all(np.diff(gap[s < 0]) >= 0)
     assert np.all(np.diff(gap[s > 0]) <= 0)
-
-
-def test_a_small_spread_is_limited_by_ripples():
-    first = next(wear_contact(driven(flat()), steps(1)))
-    factors = [
-        ripple_factor(first.rolling.contact, first.sliding, steps(1, spread=one)) for one in (0.0, 1e-3)
-    ]
-    assert factors[0] == factors[1]
 
 
 @pytest.mark.parametrize("side", [-10, 10])
@@ -212,3 +219,70 @@ def test_too_many_passages_per_step_are_refused():
         match=r"1e.06 .lower., 0 .upper. per step: .* take .* and 0 at most and more steps, or a larger",
     ):
         worn(flat(), steps(2, 1e6, 0.0))
+
+
+# ---- datasets of scenes
+
+
+@pytest.fixture(scope="module")
+def solution():
+    """A wheel that rolls on a rail, driven, on elements a seventh of the patch."""
+    wheel = flat()
+    return RollingSolution(wheel, wheel.contact(Creepages(0.01), Loading(POINT.load)), POINT.load)
+
+
+def damage(**keys):
+    return DamageSpecification(speed=10.0, energy=LAW, **keys)
+
+
+def test_each_body_loses_its_share_of_the_work_of_the_contact(solution):
+    """Between that of the new and that of the worn contact, which hardly differ."""
+    worn = compute_wear(solution, damage(passages=240.0, revolutions=80.0, steps=4))
+    section = worn.worn.sum("s").values / 1e3 * solution.contact.problem.grid.ds
+    assert section[0] == pytest.approx(3 * section[1], rel=1e-12)
+    joules = section[0] * STEEL_DENSITY / (0.7e-3 * 240.0)
+    work = worn.worn_work.values
+    assert min(work) <= joules <= max(work) < 1.01 * min(work)
+    new, last = worn.worn_p_max.values
+    assert new == pytest.approx(np.max(solution.contact.p[..., 2]), rel=1e-4)
+    of_contact = np.sum(solution.contact.dissipation) * solution.contact.problem.grid.area
+    assert work[0] == pytest.approx(of_contact, rel=1e-4)
+    assert last < new  # wear spreads the contact of convex bodies
+
+
+def test_estimates_bound_the_error_by_steps(solution):
+    exact = float(compute_wear(solution, damage(passages=240.0, steps=32)).worn[0].max())
+    worn = compute_wear(solution, damage(passages=240.0, steps=4))
+    assert worn.wear_steps == 4
+    error = abs(float(worn.worn[0].max()) - exact)
+    assert 0 < error < worn.estimate_worn[0] < 4 * error
+    assert worn.estimate_worn[1] == 0
+    assert np.all(worn.worn[1] == 0)
+
+
+def test_there_are_more_steps_where_so_few_are_not_stable(solution, monkeypatch):
+    steps = int(compute_wear(solution, damage(passages=20_000.0, steps=2)).wear_steps)
+    assert steps in {4, 8, 16, 32, 64, 128}
+    monkeypatch.setattr("femic.results.damage.MOST_STEPS", steps - 1)
+    with pytest.raises(WrongInput, match=r"steps of wear are needed; passages = .* per step"):
+        compute_wear(solution, damage(passages=20_000.0, steps=2))
+
+
+@pytest.mark.parametrize("spread", [1.0, 30.0])
+def test_wear_that_spreads_beyond_the_grid_is_refused_before_any_work(spread, tmp_path, capsys):
+    """Its room is known before C: refused are spreads for which no strip of contact is left."""
+    path = tmp_path / "mine.toml"
+    of = scene(10.5, motion="rolling", friction=[0.3], ics=["A"], loads=[2e3])
+    path.write_text(f"{of.text}\n[damage]\npassages = 2e3\nspread = {spread}\n", encoding="utf-8")
+    assert exit_code(["stresses", str(path), "--out", str(tmp_path / "out")]) == WRONG_INPUT
+    said = capsys.readouterr().err
+    assert f"damage.spread = {spread:g} mm: " in said
+    least = float(re.search(r"give less than ([\d.e-]+) mm", said)[1])
+    assert 0 < least < spread
+    require_stresses(load_scene(str(path), {"damage": {"spread": 0.9 * least}}))
+    assert not (tmp_path / "out").exists()
+
+
+def test_wear_that_reaches_the_ends_of_the_grid_is_refused_by_its_key(solution):
+    with pytest.raises(WrongInput, match=r"damage\.spread = 0\.6 mm: wear reaches the ends of the grid"):
+        compute_wear(solution, damage(passages=240.0, steps=4, spread=0.6))

@@ -4,6 +4,8 @@ from functools import cache
 
 import numpy as np
 
+from femic.shifts.specification import ProfileTable, WheelTable
+from geometries.materials import Material
 from geometries.profiles.pieces import ArcPiece, Outline, arc_above, line
 from geometries.profiles.preparation import prepare
 from geometries.profiles.profile import Profile
@@ -11,6 +13,8 @@ from geometries.track.layout import TrackDimensions, WheelsetDimensions, lay_out
 
 R_R, R_W, R_0, GAMMA = 80.0, 110.0, 460.0, 0.06  # radii of rail, wheel and tape circle [mm]; angle [rad]
 HALF = 0.5  # rad of the arcs
+RAIL, WHEEL = ProfileTable(profile="60E1"), WheelTable(profile="S1002")  # for their materials alone
+STEEL = Material(RAIL.E, RAIL.nu)
 
 
 def arc_points(radius, n):
@@ -44,3 +48,13 @@ def cones_on_arcs(rail_radius=300.0, slope=1 / 20):
     wheel = Outline((line((-70.0, -70.0 * slope), (60.0, 60.0 * slope)),))
     wheelset = WheelsetDimensions(1360.0, R_0, -70.0)
     return lay_out((rail, rail), (wheel, wheel), TrackDimensions(1435.0, 14.0, False), wheelset)
+
+
+def bumpy(lower):
+    """A layout of cylinders on rails with two bumps; the second one is `lower` [mm] by so much."""
+    y = np.linspace(-30, 30, 1201)
+    bumps = 3 * np.exp(-(((y + 12) / 9) ** 2)) + (3 - lower) * np.exp(-(((y - 12) / 9) ** 2)) - 0.02 * y**2
+    rail = prepare(Profile("rail", np.stack([y, bumps])))
+    wheel = prepare(Profile("wheel", np.stack([np.linspace(-70, 60, 131), np.zeros(131)])))
+    track = TrackDimensions(1435.0, 3.0, False)
+    return lay_out((rail, rail), (wheel, wheel), track, WheelsetDimensions(1360.0, 460.0, -70.0, 72.0))

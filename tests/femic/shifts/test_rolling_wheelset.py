@@ -1,12 +1,14 @@
-"""A rolling wheelset: Kalker's linear theory, free rolling, mirrored motions, signs, equilibrium."""
+"""A rolling wheelset: Kalker's linear theory, free rolling, mirrored motions, signs, equilibrium, errors."""
 
 import json
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from femic.contact.estimates import from_grids
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.pairs.ics import approximation
@@ -16,22 +18,20 @@ from femic.shifts.axle import (
     TORQUE,
     VERTICAL,
     RollingWheelset,
+    WheelNumbers,
     axle_numbers,
     wheel_numbers,
 )
 from femic.shifts.contact import contact_at, read_grids
 from femic.shifts.position import RollingSide, label_wheelset, roll
 from femic.shifts.sides import SIDES, Place, bodies_at, contact_problem
-from femic.shifts.specification import ContactTable, ProfileTable, RollingTable, WheelTable
+from femic.shifts.specification import ContactTable, RollingTable
 from femic.shifts.wheel import RollingWheel
 from geometries.errors import Failure
-from geometries.materials import Material
 from geometries.patches import Grid
 from geometries.track.wheelset import settle
-from tests.femic.shifts.layouts import R_0, arcs_on_arcs, cones_on_arcs
+from tests.femic.shifts.layouts import R_0, RAIL, STEEL, WHEEL, arcs_on_arcs, cones_on_arcs
 
-RAIL, WHEEL = ProfileTable(profile="60E1"), WheelTable(profile="S1002")  # for their materials alone
-STEEL = Material(RAIL.E, RAIL.nu)
 FRICTION, LOAD = 0.3, 9e4
 
 
@@ -334,3 +334,55 @@ def test_short_grids_become_longer():
     longer = numbers((replace(left, grids=(short,)), right))
     here, full = (solved.F_x.sel(side="left").item() for solved in (longer, at_2()))
     assert here == pytest.approx(full, rel=1e-2)
+
+
+# ---- estimated errors, of stand-ins with known numbers
+
+
+RADIUS, SLOPE = 460.0, -2.3e9  # mm; N mm
+
+
+def axle_errors(creepages, error_left=30.0, error_right=40.0, *, given=False):
+    """Numbers and errors of a wheelset on elements of growing size, by its creepage on each.
+
+    The left wheel at y = 750, the right one at -740 mm; lateral forces point towards the middle.
+    """
+    places = [SimpleNamespace(touch=SimpleNamespace(point=(y, 0.0))) for y in (750.0, -740.0)]
+    state = SimpleNamespace(
+        wheels=[SimpleNamespace(place=place, nominal_radius=RADIUS) for place in places],
+        contacts=[SimpleNamespace(torque=5.0), SimpleNamespace(torque=-2.0)],
+        levels=[SimpleNamespace(xi_0=xi_0) for xi_0 in creepages],
+        xi_0=creepages[0],
+        given=given,
+        slope=SLOPE / 1e9,
+        unit=1e9,
+    )
+    left = WheelNumbers({"F_x": 100.0, "F_y": 20.0}, {"F_x": error_left, "F_y": 2.0}, ())
+    right = WheelNumbers({"F_x": -80.0, "F_y": 50.0}, {"F_x": error_right, "F_y": 5.0}, ())
+    return axle_numbers(state, left, right)
+
+
+def test_the_creepage_is_known_to_the_worse_of_larger_elements_and_forces():
+    """Forces of error 30 and 40 N turn the axle by 50 N times its radius; over the slope that is 1e-5."""
+    by_forces = 50.0 * RADIUS / abs(SLOPE)
+    assert by_forces == pytest.approx(1e-5)
+    same, apart = [1e-4] * 3, [1e-4, 1.3e-4, 1.7e-4]
+    assert axle_errors(same)[1]["xi_0"] == pytest.approx(by_forces)
+    assert axle_errors(apart)[1]["xi_0"] == pytest.approx(from_grids(*apart))
+    assert from_grids(*apart) > by_forces
+
+
+def test_forces_and_moments_of_a_wheelset_are_known_to_the_sums_of_those_of_its_wheels():
+    own, errors = axle_errors([1e-4], 3.0, 4.0, given=True)
+    assert own == {
+        "xi_0": 1e-4,
+        "axle_torque": 3.0,
+        "sum_F_y": 30.0,
+        "steering": 100.0 * 750.0 + 80.0 * 740.0,
+    }
+    assert errors == {"xi_0": 0.0, "sum_F_y": 7.0, "steering": 3.0 * 750.0 + 4.0 * 740.0}
+
+
+def test_a_given_creepage_is_exact_and_one_on_a_single_grid_is_not_known():
+    assert axle_errors([1e-4, 2e-4], given=True)[1]["xi_0"] == 0
+    assert np.isnan(axle_errors([1e-4])[1]["xi_0"])

@@ -20,7 +20,7 @@ from femic.scenes.load import scene_from_table
 from geometries.errors import Failure
 from tests.coarse import coarse_sections
 from tests.compare.campaigns.campaigns import OF_UPPER, campaign_in, errors_of
-from tests.compare.friction.scenes import scene as rail_and_wheel
+from tests.femic.contact.wheel_on_rail import scene as rail_and_wheel
 
 CONTACTS = {
     "frictionless": ({"loads": [2e3, 5e3]}, lambda scene: to_dataset(compute_contact(scene))),

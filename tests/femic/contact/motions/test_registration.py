@@ -12,7 +12,7 @@ from femic.contact.specification import ContactSpecification, FrictionSpecificat
 from femic.results.friction import compute_with_friction
 from femic.scenes.errors import BadScene
 from geometries.errors import WrongInput
-from tests.compare.friction.scenes import scene
+from tests.femic.contact.wheel_on_rail import scene
 
 LOADS = [1e3, 2e3]
 

@@ -30,7 +30,7 @@ from femic.contact.rolling import compressed
 from femic.results.friction import compute_with_friction
 from femic.scenes.load import load_scene
 from geometries.patches import Grid
-from tests.compare.friction.scenes import scene
+from tests.femic.contact.wheel_on_rail import scene
 
 LOAD = 1e4
 SCENE = scene(

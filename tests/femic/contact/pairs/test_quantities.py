@@ -20,7 +20,7 @@ from femic.results.friction import compute_with_friction
 from geometries.contours import arc
 from geometries.patches import Grid
 from geometries.surfaces import LOWER, UPPER, Surface
-from tests.compare.friction.scenes import scene
+from tests.femic.contact.wheel_on_rail import scene
 from tests.femic.contact.pairs.problems import problem
 
 

@@ -10,7 +10,7 @@ from femic.cache.store import Store
 from femic.contact.motions import MOTIONS
 from femic.reference.run_options import RunOptions
 from femic.results.friction import compute_with_friction
-from tests.compare.friction.scenes import REFERENCE_ICS, bhat_as_c, scene
+from tests.femic.contact.wheel_on_rail import REFERENCE_ICS, bhat_as_c, scene
 
 ROLLING = {"motion": "rolling", "loads": [200.0], "friction": [0.2, 0.5], "longitudinal": [0.0, 1e-3]}
 COMPRESSION = {"motion": "compression", "loads": [100.0, 200.0], "friction": [0.2, 0.5]}
@@ -62,12 +62,11 @@ def test_interrupted_run_resumes_after_finished_solutions(solved, tmp_path):
 def test_scenes_share_equal_solutions_only(solved, tmp_path):
     options, calls = RunOptions(store=Store(tmp_path)), solved.calls
     alone = ROLLING | {"ics": ["A"], "friction": [0.2]}
-    compute_with_friction(scene(13.0, **alone), options)
-    for other in (ROLLING, alone | {"longitudinal": [0.0, 2e-3]}, alone | {"loads": [220.0]}):
-        compute_with_friction(scene(13.0, **other), options)
-    compute_with_friction(scene(13.0, rolling_radius=401.0, **alone), options)
-    first, *_, last = [(0.2, "A")] * 2
-    assert calls == [first, (0.5, "A"), (0.2, "Bhat"), (0.5, "Bhat"), last, last, last]
+    others = ROLLING, alone | {"longitudinal": [0.0, 2e-3]}, alone | {"loads": [220.0]}
+    for keys in (alone, *others, alone | {"rolling_radius": 401.0}):
+        compute_with_friction(scene(13.0, **keys), options)
+    anew = (0.2, "A")
+    assert calls == [anew, (0.5, "A"), (0.2, "Bhat"), (0.5, "Bhat"), *[anew] * 3]
 
 
 def test_c_and_its_quality_are_taken_from_stored_curves(solved, tmp_path, monkeypatch):

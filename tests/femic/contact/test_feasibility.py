@@ -10,30 +10,17 @@ from femic.contact.motions.rolling import BEYOND
 from femic.results.contact import compute_contact, require_solvable
 from femic.results.friction import compute_with_friction
 from femic.scenes.errors import BadScene
-from femic.scenes.load import load_scene, scene_from_table
+from femic.scenes.load import load_scene
 from tests.approx.new_forms import register
+from tests.femic.contact.wheel_on_rail import FLANKS, RADIUS, ROLLING, STEEL, WHEEL
+from tests.femic.contact.wheel_on_rail import scene as wheel_on_rail
 
-FLANKS = 60.0
-R_LOWER, R_UPPER, R_ROLL = 10.0, 14.0, 400.0
-STEEL = {"E": 210e3, "nu": 0.3}
-SPREAD = 2 * (2 * R_LOWER * np.radians(FLANKS))  # arc and flanks: what the bodies may touch over
+SPREAD = 2 * (2 * RADIUS * np.radians(FLANKS))  # arc and flanks: what the bodies may touch over
 
 
-def scene(upper=None, lower=None, **contact):
+def scene(upper=(), lower=(), **contact):
     """A wheel on a rail, whose contact would be solved by A."""
-    arcs = [
-        {"kind": "arc", "radius": radius, "flank_inclination_deg": FLANKS} for radius in (R_LOWER, R_UPPER)
-    ]
-    return scene_from_table(
-        {
-            "lower": STEEL | {"contour": arcs[0]} | (lower or {}),
-            "upper": STEEL | {"contour": arcs[1], "rolling_radius": R_ROLL} | (upper or {}),
-            "contact": {"ics": ["A"], "loads": [100.0]} | contact,
-            "lines": [{"along": "x", "s": 0.0, "reach": 3.0}],
-            "rotation_reach": 5.0,
-        },
-        "pair",
-    )
+    return wheel_on_rail(upper=upper, lower=lower, **{"ics": ["A"], "loads": [100.0]} | contact)
 
 
 PRISMATIC = {"rolling_radius": float("inf")}
@@ -121,22 +108,23 @@ def test_parallel_cylinders_are_allowed_with_a_gap_that_varies_along_x(tmp_path)
         require_solvable(scene(upper=PRISMATIC, extra_gap=str(gap)))
 
 
+def misfits(**contact):
+    """What makes rolling impossible that starts without creepage."""
+    of = scene(motion="rolling", **contact)
+    return list(impossible(of.contact_problem))
+
+
 def test_forces_of_rolling_beyond_those_without_slip_are_refused():
     """Kalker's, on the ellipse of Hertz: a crown of another radius beside it adds a millionth."""
     load, creepage, share = 100.0, 0.02, 0.25
-    ellipse = PointContact(1 / R_ROLL, 1 / R_LOWER - 1 / R_UPPER, MODULUS).at_load(load)
+    ellipse = PointContact(1 / ROLLING, 1 / RADIUS - 1 / WHEEL, MODULUS).at_load(load)
     G = STEEL["E"] / (2 * (1 + STEEL["nu"]))
-    without_slip, _, _ = creepage_coefficients(ellipse.a, ellipse.b, STEEL["nu"]).forces(
-        G, creepage, 0.0, 0.0
-    )
+    coefficients = creepage_coefficients(ellipse.a, ellipse.b, STEEL["nu"])
+    without_slip, _, _ = coefficients.forces(G, creepage, 0.0, 0.0)
     limit = BEYOND * without_slip / (share * load)
-
-    def misfits(friction):
-        of = {"motion": "rolling", "longitudinal": [-creepage, 0.0], "equal_force": -share}
-        return list(impossible(scene(loads=[load], friction=[0.3, friction], **of).contact_problem))
-
-    assert misfits(0.98 * limit) == []
-    (message,) = misfits(1.02 * limit)
+    keys = {"longitudinal": [-creepage, 0.0], "equal_force": -share}
+    assert misfits(friction=[0.3, 0.98 * limit], **keys) == []
+    (message,) = misfits(friction=[0.3, 1.02 * limit], **keys)
     assert message.startswith(f"contact.friction.1 = {1.02 * limit:g}: tractions are compared at F_x = ")
     assert "give larger ones in contact.longitudinal, less friction, or a smaller equal_force" in message
 
@@ -155,14 +143,13 @@ def test_the_force_at_which_ics_are_compared_need_not_be_within_the_creepages():
 
 def test_a_force_beyond_friction_at_any_angle_is_refused():
     """Inclined places may carry more than the load, but not `BEYOND` times as much."""
-    of = {"motion": "rolling", "friction": [0.3], "longitudinal": [-0.01, 0.0], "equal_force": 0.6}
+    keys = {"friction": [0.3], "longitudinal": [-0.01, 0.0], "equal_force": 0.6}
 
-    def misfits(largest):
-        pairs = [[0, 0.1], [20, largest]]
-        return list(impossible(scene(loads=[100.0], **of, friction_by_angle=pairs).contact_problem))
+    def with_largest(factor):
+        return misfits(friction_by_angle=[[0, 0.1], [20, factor]], **keys)
 
-    assert misfits(1.02 * 0.6 / BEYOND) == []
-    (message,) = misfits(0.98 * 0.6 / BEYOND)
+    assert with_largest(1.02 * 0.6 / BEYOND) == []
+    (message,) = with_largest(0.98 * 0.6 / BEYOND)
     assert message.startswith("contact.equal_force = 0.6: ")
     assert "give a smaller equal_force, or larger factors" in message
 

@@ -22,66 +22,40 @@ from femic.scenes.load import load_scene, scene_from_table
 from geometries.errors import WrongInput
 from geometries.materials import both_bodies
 
-BY_HAND_ONE = """1 2
-0 312
-1 0
-2 3 0.4 0.6
- iy = -2
- columns
-0 0.0   1  2  3  4  5  6  7  8  9
-1 0.4  10 11 12 13 14 15 16 17 18
- iy = -1
- columns
-0 0.0  19 20 21 22 23 24 25 26 27
-1 0.4  28 29 30 31 32 33 34 35 36
- iy = 0
- columns
-0 0.0  37 38 39 40 41 42 43 44 45
-1 0.4  46 47 48 49 50 51 52 53 54
- iy = 1
- columns
-0 0.0  55 56 57 58 59 60 61 62 63
-1 0.4  64 65 66 67 68 69 70 71 72
- iy = 2
- columns
-0 0.0  73 74 75 76 77 78 79 80 81
-1 0.4  82 83 84 85 86 87 88 89 90
-"""
 
-
-def by_hand_each():
-    """The same for three loaded strips, numbers going on: 90 a strip."""
-    head, *rows = BY_HAND_ONE.splitlines()[3:]
-    lines, number = ["3 1", "0 312", "1 0", head], count(1)
-    for strip in range(3):
-        lines += [f"strip {strip}", "", "skipped", "% skipped"]
-        for row in rows:
-            words = row.split()
-            is_data = words[0] in ("0", "1")
-            lines.append(" ".join([*words[:2], *(str(next(number)) for _ in range(9))]) if is_data else row)
+def by_hand(strips):
+    """A file made by hand, numbers going on from 1: a matrix for all strips, or one for each of three."""
+    number, head = count(1), ["1 2"] if strips == 1 else ["3 1"]
+    lines = [*head, "0 312", "1 0", "2 3 0.4 0.6"]
+    for strip in range(strips):
+        if strips > 1:
+            lines += [f"strip {strip}", "", "skipped", "% skipped"]
+        for offset in range(-2, 3):
+            lines += [f" iy = {offset}", " columns"]
+            lines += [f"{k} {0.4 * k:.1f} " + " ".join(str(next(number)) for _ in range(9)) for k in (0, 1)]
     return "\n".join(lines) + "\n"
 
 
-def test_handmade_file_with_one_matrix_is_read(tmp_path):
-    (tmp_path / "hand.txt").write_text(BY_HAND_ONE)
-    file = read(tmp_path / "hand.txt")
+BY_HAND_ONE = by_hand(1)
+
+
+def test_handmade_files_are_read(tmp_path):
+    """With one matrix and with one per strip."""
+    for strips in (1, 3):
+        (tmp_path / f"{strips}.txt").write_text(by_hand(strips))
+    file, each = (read(tmp_path / f"{strips}.txt") for strips in (1, 3))
     assert (file.values.shape, file.n_x, file.n_s) == ((1, 5, 2, 3, 3), 2, 3)
     assert (file.dx, file.ds, file.convex, file.one_for_all) == (0.4, 0.6, 2, True)
     x, s, n = range(3)
     at = file.values[0, 3, 1]  # one strip further, one element on: 64 ... 72
     assert [at[n, n], at[n, x], at[n, s], at[x, n], at[x, x]] == [64, 65, 66, 67, 68]
     assert [at[x, s], at[s, n], at[s, x], at[s, s]] == [69, 70, 71, 72]
+    assert (each.values.shape, each.convex) == ((3, 5, 2, 3, 3), 1)
+    assert each.values[1, 0, 0, 2, 2] == 91
+    assert each.values[2, 4, 1, 1, 1] == 270
 
 
-def test_handmade_file_with_matrix_per_strip_is_read(tmp_path):
-    (tmp_path / "hand.txt").write_text(by_hand_each())
-    file = read(tmp_path / "hand.txt")
-    assert (file.values.shape, file.convex) == ((3, 5, 2, 3, 3), 1)
-    assert file.values[1, 0, 0, 2, 2] == 91
-    assert file.values[2, 4, 1, 1, 1] == 270
-
-
-@pytest.mark.parametrize("text", [BY_HAND_ONE, by_hand_each()])
+@pytest.mark.parametrize("text", [by_hand(1), by_hand(3)])
 def test_file_that_was_read_is_written_unchanged(text, tmp_path):
     (tmp_path / "hand.txt").write_text(text)
     write(read(tmp_path / "hand.txt"), tmp_path / "again.txt")
@@ -103,11 +77,12 @@ def test_written_values_are_read_back_exactly(tmp_path):
     assert (again.dx, again.ds) == (0.1 + 0.2, 1 / 3)
 
 
+SIGNS = np.array([[1, -1, -1], [-1, 1, 1], [-1, 1, 1]])  # order x, s, n: xs, xn, sx, nx change
+
+
 def as_contact_reads(file):
     """The ICs as CONTACT has them: (n_matrix, iy, ix, i, j), ix from -(n_x - 1) by the sign rule."""
-    signs = np.array([[1, -1, -1], [-1, 1, 1], [-1, 1, 1]])  # order x, s, n: xs, xn, sx, nx change
-    backward = signs * file.values[:, :, :0:-1]
-    return np.concatenate([backward, file.values], axis=2)
+    return np.concatenate([SIGNS * file.values[:, :, :0:-1], file.values], axis=2)
 
 
 PLANE = {"kind": "plane"}
@@ -211,22 +186,26 @@ def test_file_of_single_strip_has_no_additional_strip():
     assert approximate_file(scene, "Bhat").values.shape == (1, 1, 5, 3, 3)
 
 
-def test_signs_at_negative_lags_agree_with_grid_operator():
-    np.testing.assert_array_equal(PARITY, [[1, -1, -1], [-1, 1, 1], [-1, 1, 1]])
+@pytest.mark.parametrize("shape", [(1, 5, 2, 3), (1, 4, 2, 3, 3), (2, 5, 2, 3, 3), (1, 5, 2, 3, 2)])
+def test_values_of_wrong_shape_are_refused(shape):
+    with pytest.raises(WrongInput, match="is needed"):
+        ContactFile(np.zeros(shape), 0.1, 0.1, 2)
 
 
 def test_ics_of_wheel_have_parity_that_reader_assumes():
+    """At negative lags, as the operator on a grid has it."""
+    np.testing.assert_array_equal(PARITY, SIGNS)
     scene = load_scene("geometry2", {"grid": {"n_x": 4, "n_s": 3}})
     patch, strips = scene.grid.patch(0), scene.grid.strips
     forward, backward = (scene.pair.approximate("Bhat", patch, (lag, strips)) for lag in (0.9, -0.9))
-    np.testing.assert_allclose(backward, PARITY[..., None] * forward, rtol=1e-12, atol=1e-20)
+    np.testing.assert_allclose(backward, SIGNS[..., None] * forward, rtol=1e-12, atol=1e-20)
 
 
 def test_convex_body_is_identified():
-    groove = CURVED | {"lower": CURVED["lower"] | {"contour": {"kind": "points", "points": VALLEY}}}
-    groove["upper"] = CURVED["upper"] | {"contour": {"kind": "points", "points": VALLEY}}
-    assert to_contact(scene_from_table(groove, "groove"), np.ones((5, 4, 4, 3, 3))).convex == 1
-    assert to_contact(scene_from_table(CURVED, "curved"), np.ones((5, 4, 4, 3, 3))).convex == 2
+    valley = {"contour": {"kind": "points", "points": [[float(y), 0.02 * y * y] for y in range(-6, 7)]}}
+    groove = CURVED | {name: CURVED[name] | valley for name in ("lower", "upper")}
+    for table, convex in ((groove, 1), (CURVED, 2)):
+        assert to_contact(scene_from_table(table, "scene"), np.ones((5, 4, 4, 3, 3))).convex == convex
 
 
 def output_of(table, tmp_path, capsys, *arguments):
@@ -259,9 +238,6 @@ def test_discount_is_refused_for_approximations(ics, tmp_path, capsys, monkeypat
     assert not (tmp_path / "out").exists()
 
 
-VALLEY = [[float(y), float(0.02 * y * y)] for y in range(-6, 7)]
-
-
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -271,10 +247,10 @@ VALLEY = [[float(y), float(0.02 * y * y)] for y in range(-6, 7)]
         ("0 312", "0 123", "line 2: [0, 123]; only [0, 312] is read"),
         ("1 0\n", "0 0\n", "line 3"),
         ("2 3 0.4 0.6", "2 3 0.4", "the first 4 lines"),
-        ("1 0.4  28 29", "2 0.4  28 29", "line 12: expected ix = 1"),
+        ("1 0.4 28 29", "2 0.4 28 29", "line 12: expected ix = 1"),
         ("35 36", "35 nan", "values: 1 are not finite"),
         ("89 90\n", "89\n", "line 24: expected ix = 1"),
-        ("1 0.4  82 83 84 85 86 87 88 89 90\n", "", "line 24: expected ix = 1"),
+        ("1 0.4 82 83 84 85 86 87 88 89 90\n", "", "line 24: expected ix = 1"),
     ],
 )
 def test_damaged_files_are_refused(old, new, message, tmp_path):
@@ -282,12 +258,6 @@ def test_damaged_files_are_refused(old, new, message, tmp_path):
     (tmp_path / "bad.txt").write_text(BY_HAND_ONE.replace(old, new, 1))
     with pytest.raises(WrongInput, match=r"^.*" + message.translate({91: r"\[", 93: r"\]"})):
         read(tmp_path / "bad.txt")
-
-
-@pytest.mark.parametrize("shape", [(1, 5, 2, 3), (1, 4, 2, 3, 3), (2, 5, 2, 3, 3), (1, 5, 2, 3, 2)])
-def test_values_of_wrong_shape_are_refused(shape):
-    with pytest.raises(WrongInput, match="is needed"):
-        ContactFile(np.zeros(shape), 0.1, 0.1, 2)
 
 
 DOCS = Path(__file__).parents[3] / "docs/how-to/contact-file.md"

@@ -1,4 +1,4 @@
-"""Stresses of a finite-element contact of `tall`: its own field beside the engine's under its pressures."""
+"""Stresses by second routes: a finite-element contact of `tall`, and tetrahedra under the same load."""
 
 from itertools import combinations
 
@@ -9,12 +9,13 @@ from scipy.interpolate import LinearNDInterpolator
 from femic.contact.finite_elements.coupling import on_upper
 from femic.contact.finite_elements.meshed_contact import mesh_bodies, solved, supported_bodies
 from femic.contact.finite_elements.result import hertz_patch
-from femic.reference.solid.fields import figure_grid, stress
+from femic.reference.solid.fields import figure_grid, nodal_fields, stress
 from femic.scenes.load import load_scene
 from femic.stresses.engine import StressSettings, stress_field
 from femic.stresses.field import von_mises
 from femic.stresses.points import InnerPoints, SurfaceTractions, points_at
-from geometries.patches import Grid
+from geometries.patches import Grid, Patch
+from tests.femic.reference.conftest import COARSE, UNSYMMETRIC, request_for
 
 LOAD, CELLS, ELEMENTS = 7.4e3, 15.0, 48  # N, along the shorter half-length, along x and s
 
@@ -78,3 +79,35 @@ def test_deeper_than_two_cells_stresses_are_those_of_finite_elements(contact, si
     assert expected.max() > 0.9 * of_elements.max()
     np.testing.assert_allclose(von_mises(field.stress), expected, atol=0.03 * expected.max())
     assert np.max(np.abs(von_mises(field.half_space) - expected)) > 0.2 * expected.max()
+
+
+# ---- tetrahedra
+
+
+PATCH = Patch(0.6, 0.9, 1.0)
+TETRAHEDRA = COARSE.scaled(0.6)
+SHALLOWEST, FURTHEST = 1.0, 4.0  # mm; nearer the patch the tetrahedra are too large
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("direction", range(3))
+@pytest.mark.parametrize("side", [-1, +1])
+def test_both_engines_have_the_same_von_mises_stress(side, direction):
+    """Within the errors of the tetrahedra, of 0.1 to 0.6 mm, whose means at nodes are compared."""
+    request = request_for(UNSYMMETRIC, side=side, patch=PATCH, directions=(direction,), cells=TETRAHEDRA)
+    _, field = next(nodal_fields(request))
+    nodes = field.grid.nodes
+    x, y, z = nodes - np.array([[0.0], *request.body.contour.position(PATCH.s)[:, None]])
+    distance = np.sqrt(x**2 + y**2 + z**2)
+    depth = side * np.einsum("cn,cn->n", np.stack([y, z]), request.body.contour.normal(PATCH.s)[:, None])
+    chosen = np.flatnonzero((depth > SHALLOWEST) & (distance < FURTHEST))[::7]
+    p = np.zeros((5, 8, 3))
+    p[..., direction] = side / PATCH.area  # a unit force on this body, along the direction
+    grid = Grid(5, 8, 2 * PATCH.a / 5, 2 * PATCH.b / 8, PATCH.s)
+    points = points_at(request.body, *nodes[:, chosen])
+    result = stress_field(
+        request.body, SurfaceTractions(grid, p), points, StressSettings(0.7, estimated=False)
+    )
+    expected = field.von_mises[chosen]
+    assert len(chosen) > 20
+    np.testing.assert_allclose(von_mises(result.stress), expected, atol=0.05 * np.max(expected))

@@ -64,8 +64,13 @@ def test_only_the_named_ics_change():
     assert with_variation(given, "change_", "C", 1).seconds.equals(given.seconds)
 
 
-def test_an_error_in_common_is_no_error_of_a_difference():
-    assert beside_itself(contacts(larger={k: v + 7 for k, v in VARIED.items()}), apart) == pytest.approx(0.0)
+@pytest.mark.parametrize("error", [3.0, -3.0, 40.0])
+def test_signed_differences_are_bounded_across_zero_and_errors_in_common_are_none(error):
+    """q(h) = q + c h of one alone, h = 1 and 2; with 40 the difference changes its sign."""
+    given = contacts(VARIED | {"a": 10.0 + error}, VARIED | {"a": 10.0 + 2 * error})
+    assert beside_itself(given, apart) == pytest.approx(SAFETY * abs(error))
+    alike = contacts(larger={name: value + error for name, value in VARIED.items()})
+    assert beside_itself(alike, apart) == pytest.approx(0.0)
 
 
 def test_grids_that_agree_by_luck_leave_floors_of_both_and_a_share_of_the_difference():
@@ -86,21 +91,12 @@ def test_two_contacts_have_most_of_their_floors_in_common_but_not_all():
         assert 0.01 < part / contact.floor(name, of_all[name]) < 0.2, name
 
 
-@pytest.mark.parametrize("error", [3.0, -3.0, 40.0])
-def test_signed_differences_are_bounded_across_zero(error):
-    """q(h) = q + c h of one alone, h = 1 and 2; with 40 the difference changes its sign."""
-    given = contacts(VARIED | {"a": 10.0 + error}, VARIED | {"a": 10.0 + 2 * error})
-    assert beside_itself(given, apart) == pytest.approx(SAFETY * abs(error))
-
-
-def test_the_larger_one_of_both_changes_counts():
+def test_changes_of_several_ics_may_have_any_signs_and_the_larger_one_of_both_counts():
     """The square of 2 +- 1: 9 - 4 and 4 - 1."""
-    given = contacts({"a": 2.0, "C": 0.0, "b": 0.0}, {"a": 2.0, "C": 0.0, "b": 0.0}, (1.0, 0.0, 0.0))
-    assert beside_itself(given, lambda one: apart(one) ** 2) == pytest.approx(5.0)
-
-
-def test_changes_of_several_ics_may_have_any_signs():
     assert beside_itself(contacts(change=(1.0, 0.0, 3.0)), apart) == pytest.approx(4.0)
+    values = {"a": 2.0, "C": 0.0, "b": 0.0}
+    given = contacts(values, values, (1.0, 0.0, 0.0))
+    assert beside_itself(given, lambda one: apart(one) ** 2) == pytest.approx(5.0)
 
 
 @pytest.mark.parametrize("unknown", [{"larger": VARIED | {"a": np.nan}}, {"change": (np.nan, 0.0, 0.0)}])

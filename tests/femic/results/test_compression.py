@@ -15,7 +15,7 @@ from femic.results.contact import to_dataset as frictionless_dataset
 from femic.results.friction import compute_with_friction
 from geometries.errors import Failure
 from geometries.patches import Grid, N, S, X
-from tests.compare.friction.scenes import REFERENCE_ICS, bhat_as_c, scene
+from tests.femic.contact.wheel_on_rail import scene
 
 LOADS = [2e3, 5e3, 1e4]
 
@@ -29,15 +29,12 @@ def dataset():
     return compute_with_friction(pressed(friction=[1e-4, 0.3, 100.0]))
 
 
-def test_almost_without_friction_all_slides_and_pressures_are_frictionless(dataset):
+def test_without_friction_all_slides_with_frictionless_pressures_and_with_much_nothing_does(dataset):
     least = dataset.sel(friction=1e-4)
     np.testing.assert_allclose(least.sliding_share, 1.0)
     frictionless = frictionless_dataset(compute_contact(scene(10.3, loads=LOADS)))
     for name in ("approach", "p_max"):
         np.testing.assert_allclose(least[name].values.T, frictionless[name], rtol=0.03)
-
-
-def test_with_much_friction_nothing_slides(dataset):
     np.testing.assert_allclose(dataset.sliding_share.sel(friction=100.0), 0.0)
 
 
@@ -48,25 +45,14 @@ def test_more_friction_leaves_less_sliding_and_less_approach(dataset):
     assert np.all(approach[0] > approach[-1])
 
 
-def test_patches_grow_with_the_load(dataset):
-    assert np.all(dataset.angle.diff("load") > 0)
-    assert np.all(dataset.area.diff("load") > 0)
-
-
-def test_contact_is_symmetric_and_carries_the_load(dataset):
+def test_contact_is_symmetric_carries_the_load_and_grows_with_it(dataset):
     p, delta = dataset.p, dataset.inclination
     vertical = p.sel(direction="n") * np.cos(delta) - p.sel(direction="s") * np.sin(delta)
     area = float(np.diff(dataset.x)[0] * np.diff(dataset.s)[0])
     np.testing.assert_allclose(vertical.sum(["x", "s"]) * area, LOADS[-1], rtol=1e-4)
     np.testing.assert_allclose(p.sel(direction="n"), p.sel(direction="n")[:, :, ::-1, ::-1], atol=1e-3)
-
-
-def test_estimates_with_c_include_the_change_by_its_error(monkeypatch):
-    monkeypatch.setattr(REFERENCE_ICS, bhat_as_c())
-    dataset = compute_with_friction(pressed(friction=[0.3], ics=["Bhat", "C"], loads=LOADS[-1:]))
-    both = dataset.isel(friction=0, load=0)
-    assert float(both.p_max.sel(ics="C")) == pytest.approx(float(both.p_max.sel(ics="Bhat")), rel=0.02)
-    assert float(both.estimate_approach.sel(ics="C")) > float(both.estimate_approach.sel(ics="Bhat"))
+    for size in ("angle", "area"):
+        assert np.all(dataset[size].diff("load") > 0)
 
 
 def test_steps_of_load_are_halved_from_zero_on():

@@ -4,43 +4,20 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.pages.contact import write_contact
 from femic.results.contact import case_names, compute_contact, padded, pressures, to_dataset
 from femic.scenes.errors import BadScene
-from femic.scenes.load import scene_from_table
 from geometries.errors import Failure
+from tests.femic.contact.wheel_on_rail import FLANKS, scene
 
-RADIUS, WHEEL, ROLLING = 10.0, 14.0, 400.0
-FLANKS = 60.0
 SMALL = 2.0  # N: a patch of a degree in all, b / R = 0.006
 
 
-def scene(upper_radius=WHEEL, inclination=FLANKS, **contact):
-    """A wheel of revolution on a rail, arcs, with the keys of [contact]."""
-    lower = {"kind": "arc", "radius": RADIUS, "flank_inclination_deg": inclination}
-    upper = lower | {"radius": upper_radius}
-    return scene_from_table(
-        {
-            "lower": {"E": 210e3, "nu": 0.3, "contour": lower},
-            "upper": {"E": 100e3, "nu": 0.25, "contour": upper, "rolling_radius": ROLLING},
-            "patch": {"a": 0.1, "b": 0.1},
-            "contact": {"ics": ["A", "Bhat"]} | contact,
-        },
-        "pair",
-    )
-
-
-CORNERS = [(x, s) for x in (-50.0, 50.0) for s in (-9.0, 9.0)]
-
-
-def test_loads_that_hardly_differ_are_separate_cases(tmp_path):
+def test_loads_that_hardly_differ_are_separate_cases():
     """One that is given twice is refused: cases are known by their loads."""
-    results = compute_contact(scene(loads=[2000.0001, 2e3], elements=8, ics=["A"]))
-    dataset = to_dataset(results)
+    dataset = to_dataset(compute_contact(scene(loads=[2000.0001, 2e3], ics=["A"])))
     assert list(dataset.case.values) == [2000.0001, 2e3]
     assert dataset.case.attrs == {"units": "N", "long_name": "prescribed load"}
     assert case_names(dataset) == ["2000.0001 N", "2000 N"]
-    assert write_contact(results, tmp_path).is_file()
     for key, same in (("loads", [5.0, 5.0]), ("approaches", [0.1, 0.1 * (1 + 1e-14)])):
         with pytest.raises(BadScene, match=rf"contact\.{key} = .*: .* given twice: name each once"):
             scene(**{key: same})
@@ -77,26 +54,25 @@ def test_files_of_an_extra_gap_are_checked(points, says, tmp_path):
 
 def test_gaps_that_raise_a_surface_too_far_are_refused(tmp_path):
     """Far beside reference_length, here 10 mm: the surface would have another shape."""
-    with_gap(tmp_path, [(*at, -1.0) for at in CORNERS], loads=[SMALL])
+    corners = [(x, s) for x in (-50.0, 50.0) for s in (-9.0, 9.0)]
+    with_gap(tmp_path, [(*at, -1.0) for at in corners], loads=[SMALL])
     with pytest.raises(
         BadScene, match=r"contact\.extra_gap: -1\.1 mm raises .* 10% of reference_length, 1 mm"
     ):
-        with_gap(tmp_path, [(*at, -1.1) for at in CORNERS], loads=[SMALL])
-
-
-def sideways(upper_radius=10.3, **contact):
-    """Numbers of a contact by B-hat."""
-    results = compute_contact(scene(upper_radius, loads=[2e4], elements=12, **contact))
-    return to_dataset(results).sel(ics="Bhat").isel(case=0)
+        with_gap(tmp_path, [(*at, -1.1) for at in corners], loads=[SMALL])
 
 
 def test_lateral_force_beyond_the_steepest_flank_is_refused():
     """Nearly all of what the steepest flank would bear if it alone touched; and more, before any work."""
     steepest = 2e4 * np.tan(np.radians(FLANKS))
+
+    def sideways(share):
+        return scene(10.3, loads=[2e4], elements=12, lateral_force=-share * steepest)
+
     with pytest.raises(Failure, match=r"reaches the end of a contour|lateral force: not reached|no grid"):
-        sideways(lateral_force=-0.99 * steepest)
+        compute_contact(sideways(0.99))
     with pytest.raises(BadScene, match=r"contact\.lateral_force = .*: without friction it is at most"):
-        sideways(lateral_force=-1.01 * steepest)
+        compute_contact(sideways(1.01))
 
 
 def test_arrays_of_cases_end_in_nan_where_others_are_larger():

@@ -9,7 +9,6 @@ from femic.cache.store import Store
 from femic.cli.main import DONE, exit_code
 from femic.contact.normal import NormalProblem, solve
 from femic.contact.operators.dense import GridOperator
-from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.reference.run_options import RunOptions
 from femic.results.contact import compute_contact
 from femic.results.contact_file import read
@@ -17,10 +16,11 @@ from femic.scenes.load import load_scene
 from geometries.patches import N
 
 LOAD, SHIFT = 1e3, 0.09
+UPPER = '{ kind = "arc", radius = 10.9, flank_inclination_deg = 40 }'
 TEXT = f"""
 patch = {{ a = 0.25, b = 0.35 }}
 lower = {{ E = 210e3, nu = 0.3, contour = {{ kind = "arc", radius = 10.0, flank_inclination_deg = 50 }} }}
-upper = {{ E = 70e3, nu = 0.2, rolling_radius = 100, contour = {{ kind = "arc", radius = 10.9, FLANK }} }}
+upper = {{ E = 70e3, nu = 0.2, rolling_radius = 100, contour = {UPPER} }}
 grid = {{ n_x = 24, n_s = 14, s = -0.9 }}
 contact = {{ loads = [{LOAD}], shift = {SHIFT}, grid = "scene", ics = ["ICS"], supports = false }}
 engine = {{ tolerance = 0.1, far_radius = 200 }}
@@ -34,55 +34,48 @@ n = 13.0978
 """
 
 
-def by_file(path, folder, ics, grid=None):
-    """The contact with the ICs of a file on a grid, the scene's unless it is given; its lateral force."""
+def own_and_by_file(path, folder, ics):
+    """The contact of a scene, and that with the ICs of its file on the same grid and its lateral force."""
+    results = compute_contact(load_scene(str(path)), RunOptions(2, Store(folder / "store")))
+    own = results.solved.contacts[results.solved.loadings[0], ics].contact
     command = ["export", str(path), "--out", str(folder), "--store", str(folder / "store"), "--ics", ics]
     assert exit_code(command) == DONE
-    scene = load_scene(str(path))
-    file, grid = read(folder / f"contact_{ics}.txt"), grid or scene.grid
+    on_grid, file = own.on_grid, read(folder / f"contact_{ics}.txt")
+    grid = on_grid.grid
     nn = np.empty((grid.n_x, grid.n_s, grid.n_s))
     for observed, loaded in np.ndindex(grid.n_s, grid.n_s):
         nn[:, observed, loaded] = file.values[loaded, observed - loaded + grid.n_s - 1, :, N, N]
-    nn = (nn + np.swapaxes(nn, 1, 2)) / 2 / scene.pair.constants.G
-    on_grid = pair_on_grid(scene.contact_problem, grid)
+    nn = (nn + np.swapaxes(nn, 1, 2)) / 2 / load_scene(str(path)).pair.constants.G
     operator = GridOperator.from_ics(nn[..., None, None], (N,))
     problem = NormalProblem(grid, operator, on_grid.flat, on_grid.distance, on_grid.cosine)
     contact = solve(problem, load=LOAD)
-    return contact, on_grid.resultant(contact.p[..., None] * [0.0, 0.0, 1.0]).force[1]
+    lateral = on_grid.resultant(contact.p[..., None] * [0.0, 0.0, 1.0]).force[1]
+    np.testing.assert_allclose(contact.p, own.normal.p, atol=1e-5 * own.normal.p.max())
+    assert lateral == pytest.approx(own.lateral_force, rel=1e-5)
+    return own, (contact, lateral)
 
 
 @pytest.mark.parametrize("ics", [pytest.param("C", marks=pytest.mark.slow), "Bhat"])
 def test_contact_computed_from_file_agrees_with_program_beside_crown(ics, tmp_path):
-    path = tmp_path / "shifted.toml"
-    path.write_text(TEXT.replace("ICS", ics).replace("FLANK", "flank_inclination_deg = 40"), encoding="utf-8")
-    results = compute_contact(load_scene(str(path)), RunOptions(2, Store(tmp_path / "store")))
-    own = results.solved.contacts[results.solved.loadings[0], ics].contact
-    contact, lateral = by_file(path, tmp_path, ics)
-    np.testing.assert_allclose(contact.p, own.normal.p, atol=1e-5 * own.normal.p.max())
+    own, (contact, lateral) = own_and_by_file(shifted_scene(tmp_path, GIVEN, ics), tmp_path, ics)
     assert contact.approach == pytest.approx(own.normal.approach, rel=1e-6)
-    assert lateral == pytest.approx(own.lateral_force, rel=1e-5)
     assert lateral < -0.05 * LOAD
 
 
-def shifted_scene(folder, grid=""):
+GIVEN = "grid = { n_x = 24, n_s = 14, s = -0.9 }"
+
+
+def shifted_scene(folder, grid="", ics="Bhat"):
     """The scene of these tests, with another grid or that of its contact."""
-    given = "grid = { n_x = 24, n_s = 14, s = -0.9 }"
-    assert given in TEXT
-    text = TEXT.replace(given, grid).replace('grid = "scene", ', "").replace("ICS", "Bhat")
+    text = TEXT if grid == GIVEN else TEXT.replace(GIVEN, grid).replace('grid = "scene", ', "")
     path = folder / "own.toml"
-    path.write_text(text.replace("FLANK", "flank_inclination_deg = 40"), encoding="utf-8")
+    path.write_text(text.replace("ICS", ics), encoding="utf-8")
     return path
 
 
 def test_the_grid_is_that_of_the_contact_and_the_distances_are_its_own(tmp_path, capsys):
-    path = shifted_scene(tmp_path)
-    results = compute_contact(load_scene(str(path)), RunOptions(1, Store(tmp_path / "store")))
-    own = results.solved.contacts[results.solved.loadings[0], "Bhat"].contact
-    grid, approach = own.on_grid.grid, own.normal.approach
-    contact, lateral = by_file(path, tmp_path, "Bhat", grid)
-    np.testing.assert_allclose(contact.p, own.normal.p, atol=1e-5 * own.normal.p.max())
-    assert lateral == pytest.approx(own.lateral_force, rel=1e-5)
-    file = read(tmp_path / "contact_Bhat.txt")
+    own, _ = own_and_by_file(shifted_scene(tmp_path), tmp_path, "Bhat")
+    grid, approach, file = own.on_grid.grid, own.normal.approach, read(tmp_path / "contact_Bhat.txt")
     assert (file.n_x, file.n_s, file.dx, file.ds) == (grid.n_x, grid.n_s, grid.dx, grid.ds)
     listed = np.loadtxt(tmp_path / "contact_distances.txt").reshape(grid.n_s, grid.n_x).T
     expected = own.on_grid.distance - approach * own.on_grid.cosine
