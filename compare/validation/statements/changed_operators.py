@@ -283,14 +283,11 @@ STATEMENTS = (
         42,
         "Contact by fast operators is contact by dense matrices.",
         (
-            below(
-                SAME,
-                "tractions",
-                "largest difference of a traction over the largest pressure",
-                change("tractions", dense_and_fast),
+            below(SAME, "tractions", "largest difference of a traction over the largest pressure")(
+                change("tractions", dense_and_fast)
             ),
-            below(
-                SAME, "approach", "relative difference of the approach", change("approach", dense_and_fast)
+            below(SAME, "approach", "relative difference of the approach")(
+                change("approach", dense_and_fast)
             ),
         ),
         _dense_panels,
@@ -301,19 +298,13 @@ STATEMENTS = (
         45,
         "Contact at a given load does not depend on rigid motions that are added to the ICs.",
         (
-            below(
-                UNCHANGED,
-                "tractions",
-                "largest change of a traction over the largest pressure",
-                change("tractions"),
+            below(UNCHANGED, "tractions", "largest change of a traction over the largest pressure")(
+                change("tractions")
             ),
-            below(UNCHANGED, "forces", "largest change of a force over the load", change("forces")),
-            below(UNCHANGED, "patch", "relative change of the contact area", change("area")),
-            below(
-                EXACTLY,
-                "approach",
-                "change of the approach less the motion, over the approach",
-                change("approach"),
+            below(UNCHANGED, "forces", "largest change of a force over the load")(change("forces")),
+            below(UNCHANGED, "patch", "relative change of the contact area")(change("area")),
+            below(EXACTLY, "approach", "change of the approach less the motion, over the approach")(
+                change("approach")
             ),
         ),
         _motion_panels,

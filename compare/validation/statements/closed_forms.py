@@ -341,49 +341,32 @@ STATEMENTS = (
         44,
         "Rolling and shifts are those of closed forms.",
         (
-            below(
-                OF_FORCE,
-                "Carter",
-                "Carter: relative error of the force",
-                lambda _: carter_errors(lambda contact: contact.force_error),
+            below(OF_FORCE, "Carter", "Carter: relative error of the force")(
+                lambda _: carter_errors(lambda contact: contact.force_error)
             ),
             below(
-                OF_TRACTION,
-                "Carter stick",
-                "Carter: error of the width that sticks over that of the contact",
-                lambda _: carter_errors(lambda contact: contact.stick_error),
+                OF_TRACTION, "Carter stick", "Carter: error of the width that sticks over that of the contact"
+            )(lambda _: carter_errors(lambda contact: contact.stick_error)),
+            below(OF_FORCE, "Kalker", "Kalker: error of F_x, F_y, M_z of small creepages over the largest")(
+                kalker_errors
             ),
+            below(EXACTLY, "full slip", "full slip: force along its direction over friction load, less 1")(
+                full_slip_errors
+            ),
+            below(OF_FORCE, "Cattaneo", "Cattaneo: relative error of the force")(cattaneo_forces),
             below(
-                OF_FORCE,
-                "Kalker",
-                "Kalker: error of F_x, F_y, M_z of small creepages over the largest",
-                kalker_errors,
-            ),
-            below(
-                EXACTLY,
-                "full slip",
-                "full slip: force along its direction over friction load, less 1",
-                full_slip_errors,
-            ),
-            below(OF_FORCE, "Cattaneo", "Cattaneo: relative error of the force", cattaneo_forces),
-            below(
-                OF_TRACTION,
-                "Cattaneo tractions",
-                "Cattaneo: mean difference of tractions over their mean",
-                cattaneo_tractions,
-            ),
+                OF_TRACTION, "Cattaneo tractions", "Cattaneo: mean difference of tractions over their mean"
+            )(cattaneo_tractions),
             below(
                 ON_CIRCLE,
                 "circles",
                 "free cones: relative error of the creepage R / r - 1 of the circle that rolls",
-                circle_errors,
-            ),
+            )(circle_errors),
             below(
                 OF_SPIN,
                 "spin of cones",
                 "free cones: error of F_s, M_n of their spin sin(δ) / r over the larger one",
-                spin_errors,
-            ),
+            )(spin_errors),
         ),
         _panels,
         columns=3,

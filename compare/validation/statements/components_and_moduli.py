@@ -279,7 +279,7 @@ STATEMENTS = (
         38,
         "ns and nx matter little in contact with friction: exchanging one of them alone changes little.",
         [
-            below(SATISFACTORY, name, description, distances(contacts, change, tuple(EXCHANGED.values()), AT))
+            below(SATISFACTORY, name, description)(distances(contacts, change, tuple(EXCHANGED.values()), AT))
             for name, contacts, change, description in (
                 (
                     "curve",
@@ -309,7 +309,7 @@ STATEMENTS = (
         39,
         "In contact, too, the mix beats each single variant.",
         [
-            below(1.0, name, f"{meaning}: mix over the best of A, B, B̂, B̂′", mix_over_best(name))
+            below(1.0, name, f"{meaning}: mix over the best of A, B, B̂, B̂′")(mix_over_best(name))
             for name, (_, _, meaning) in MEASURES.items()
         ],
         lambda runs: [
@@ -322,13 +322,10 @@ STATEMENTS = (
         40,
         "Without a fit A_xn beats B_xn and B̂_xn in contact, too.",
         [
-            below(
-                1.0,
-                name,
-                f"{meaning}: B̂ with sn of B and xn of A over the same with xn of B or B̂",
+            below(1.0, name, f"{meaning}: B̂ with sn of B and xn of A over the same with xn of B or B̂")(
                 compared(
                     contacts, distance, WITHOUT_FIT["A"], (WITHOUT_FIT["B"], WITHOUT_FIT["Bhat"]), FRICTIONS
-                ),
+                )
             )
             for name, (contacts, distance, meaning) in MEASURES.items()
             if name in ("curve", "p_x")
@@ -343,11 +340,8 @@ STATEMENTS = (
         41,
         "A softer convex body makes approximations worse, a softer concave one better.",
         [
-            decide(
-                1.0,
-                f"{side} {kind}",
-                f"{meaning}: {side} body ten times softer over equal bodies",
-                over_equal(distance, modulus_ratio),
+            decide(1.0, f"{side} {kind}", f"{meaning}: {side} body ten times softer over equal bodies")(
+                over_equal(distance, modulus_ratio)
             )
             for kind, distance, meaning in (
                 ("curve", curve_distance, "rms distance of the creep-force curve from C's"),

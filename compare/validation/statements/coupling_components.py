@@ -117,26 +117,19 @@ OF_XN = (
         "B_xn is poor; off the centre line B and B̂ put the larger displacement in the concave body, C in the "
         "convex one.",
         (
-            above(
-                POOR,
-                "poor",
-                "error of B_xn, both bodies together",
-                per_geometry(lambda r: prismatic_error(Curve(r, *XN), "B")),
+            above(POOR, "poor", "error of B_xn, both bodies together")(
+                per_geometry(lambda r: prismatic_error(Curve(r, *XN), "B"))
             ),
             *(
                 above(
                     1.0,
                     f"in {ics_symbol(variant)}",
                     f"rms of {ics_symbol(variant)}_xn on s = 1.6 mm: concave body over convex body",
-                    per_geometry(concave_over_convex(variant)),
-                )
+                )(per_geometry(concave_over_convex(variant)))
                 for variant in ("B", "Bhat")
             ),
-            above(
-                1.0,
-                "in C",
-                "rms of C_xn on s = 1.6 mm: convex body over concave body",
-                per_geometry(lambda r: c_xn_rms(r, CONVEX) / c_xn_rms(r, CONCAVE)),
+            above(1.0, "in C", "rms of C_xn on s = 1.6 mm: convex body over concave body")(
+                per_geometry(lambda r: c_xn_rms(r, CONVEX) / c_xn_rms(r, CONCAVE))
             ),
         ),
         side_by_side(_prismatic_panels),
@@ -145,25 +138,16 @@ OF_XN = (
         7,
         "B̂′_xn is close to C_xn along x, somewhat too large near the load, more so on Geometry 1.",
         (
-            below(
-                FOLLOWS,
-                "close",
-                "error of B̂′_xn on the lines along x",
-                per_geometry(lambda r: Curve(r, *XN, "x").error("Bhat_prime"), fitted=True),
+            below(FOLLOWS, "close", "error of B̂′_xn on the lines along x")(
+                per_geometry(lambda r: Curve(r, *XN, "x").error("Bhat_prime"), fitted=True)
             ),
-            above(
-                0.0,
-                "too large",
-                "mean of (B̂′ - C) sgn C / max |C| within 0.3 reference lengths",
-                per_geometry(fit_excess, fitted=True),
+            above(0.0, "too large", "mean of (B̂′ - C) sgn C / max |C| within 0.3 reference lengths")(
+                per_geometry(fit_excess, fitted=True)
             ),
-            above(
-                0.0,
-                "geometry",
-                "the same: Geometry 1 minus Geometry 2",
+            above(0.0, "geometry", "the same: Geometry 1 minus Geometry 2")(
                 lambda runs: {
                     "both": fit_excess(runs.fitted(GEOMETRIES[0])) - fit_excess(runs.fitted(GEOMETRIES[1]))
-                },
+                }
             ),
         ),
         curve_panels([(*XN, line) for line in (BESIDE, THROUGH)], "Bhat", "Bhat_prime", fitted=True),
@@ -173,11 +157,8 @@ OF_XN = (
         "Without a fit, A_xn is better than B_xn and B̂_xn (both without curvature along x).",
         [
             below(
-                1.0,
-                ics_symbol(variant),
-                f"error of A_xn over error of {ics_symbol(variant)}_xn, off s = 0",
-                per_body(a_over_prismatic(variant)),
-            )
+                1.0, ics_symbol(variant), f"error of A_xn over error of {ics_symbol(variant)}_xn, off s = 0"
+            )(per_body(a_over_prismatic(variant)))
             for variant in ("B", "Bhat")
         ],
         side_by_side(_prismatic_panels),
@@ -252,21 +233,17 @@ OF_CURVATURE = (
         8,
         "C_xn is larger on Geometry 2; longitudinal curvature explains a small part of it.",
         (
-            above(
-                1.0,
-                "larger",
-                "rms of C_xn on s = 0: Geometry 2 over Geometry 1",
+            above(1.0, "larger", "rms of C_xn on s = 0: Geometry 2 over Geometry 1")(
                 lambda runs: {
                     "both": c_xn_rms(runs.geometry(GEOMETRIES[1]), line=THROUGH)
                     / c_xn_rms(runs.geometry(GEOMETRIES[0]), line=THROUGH)
-                },
+                }
             ),
             below(
                 SMALL_PART,
                 "curvature",
                 "part of the difference that vanishes with a wheel that is not revolved",
-                curvature_share,
-            ),
+            )(curvature_share),
         ),
         _geometry_panels,
     ),
@@ -274,13 +251,10 @@ OF_CURVATURE = (
         21,
         "The term -½ (A_xx + A_nn) sin α_x of eq. (16) is the change of C_xn due to curvature along x.",
         (
-            below(
-                POOR,
-                "size",
-                "Geometry 2, s = 0: |term / (C_xn - C_xn not revolved) - 1|",
+            below(POOR, "size", "Geometry 2, s = 0: |term / (C_xn - C_xn not revolved) - 1|")(
                 lambda runs: {
                     place: abs(term / change - 1) for place, term, change in terms_and_changes(runs)
-                },
+                }
             ),
         ),
         _curvature_panels,
@@ -382,47 +356,28 @@ OF_SN = (
         "within the arc C_sn is captured; much of C_sn - B̂_sn is a vertical translation; the largest misfit "
         "lies beyond the arc/flank joint of Geometry 1.",
         (
-            below(
-                -POOR,
-                "convex",
-                "mean of (C - A) sgn A / max |A| at x = 1.6 mm, s > 0, convex body",
-                per_geometry(lambda r: mean_deviation_from_a(r, CONVEX)),
+            below(-POOR, "convex", "mean of (C - A) sgn A / max |A| at x = 1.6 mm, s > 0, convex body")(
+                per_geometry(lambda r: mean_deviation_from_a(r, CONVEX))
             ),
-            above(
-                0.0,
-                "concave",
-                "the same, concave body",
-                per_geometry(lambda r: mean_deviation_from_a(r, CONCAVE)),
+            above(0.0, "concave", "the same, concave body")(
+                per_geometry(lambda r: mean_deviation_from_a(r, CONCAVE))
             ),
-            below(
-                1.0,
-                "B",
-                "error of B_sn over error of B̂_sn at x = 1.6 mm",
-                per_geometry(error_ratio("B", "Bhat", "sn", ACROSS)),
+            below(1.0, "B", "error of B_sn over error of B̂_sn at x = 1.6 mm")(
+                per_geometry(error_ratio("B", "Bhat", "sn", ACROSS))
             ),
-            above(
-                1.0,
-                "B̂′",
-                "error of B̂′_sn over error of B̂_sn at x = 1.6 mm",
-                per_geometry(error_ratio("Bhat_prime", "Bhat", "sn", ACROSS), fitted=True),
+            above(1.0, "B̂′", "error of B̂′_sn over error of B̂_sn at x = 1.6 mm")(
+                per_geometry(error_ratio("Bhat_prime", "Bhat", "sn", ACROSS), fitted=True)
             ),
-            below(
-                FOLLOWS,
-                "arc",
-                "largest |B_sn - C_sn| at x = 1.6 mm up to the joint, of max |C_sn|",
-                per_geometry(lambda r: error_within_arc(r, "B")),
+            below(FOLLOWS, "arc", "largest |B_sn - C_sn| at x = 1.6 mm up to the joint, of max |C_sn|")(
+                per_geometry(lambda r: error_within_arc(r, "B"))
             ),
             above(
                 MUCH,
                 "translation",
                 "part of |C_sn - B̂_sn|² at x = 1.6 mm that a vertical translation explains",
-                per_geometry(translation_share),
-            ),
-            above(
-                1.0,
-                "flank",
-                "|s| of the largest |C_sn - B̂_sn| at x = 1.6 mm over |s| of the joint",
-                lambda runs: {GEOMETRIES[0]: furthest_misfit(runs.geometry(GEOMETRIES[0]))},
+            )(per_geometry(translation_share)),
+            above(1.0, "flank", "|s| of the largest |C_sn - B̂_sn| at x = 1.6 mm over |s| of the joint")(
+                lambda runs: {GEOMETRIES[0]: furthest_misfit(runs.geometry(GEOMETRIES[0]))}
             ),
         ),
         _sn_panels,
@@ -431,11 +386,8 @@ OF_SN = (
         10,
         "The factor (π - |α|) / π on A_sn brings no consistent gain.",
         (
-            below(
-                0.75,
-                "gain",
-                "share of cases (bodies alone) in which the error of sn falls by a tenth",
-                lambda runs: {"all": float(np.mean([r <= GAIN for r in errors_with_factor(runs).values()]))},
+            below(0.75, "gain", "share of cases (bodies alone) in which the error of sn falls by a tenth")(
+                lambda runs: {"all": float(np.mean([r <= GAIN for r in errors_with_factor(runs).values()]))}
             ),
         ),
         side_by_side(_factor_panels),

@@ -240,18 +240,14 @@ STATEMENTS = (
         11,
         "ν = 0.28 or 0.30 makes no difference that matters to the comparison.",
         (
-            below(
-                SATISFACTORY,
-                "change",
-                "largest change of the error of A, B, B̄ or B̂ with ν",
-                with_other_nu(error_change),
+            below(SATISFACTORY, "change", "largest change of the error of A, B, B̄ or B̂ with ν")(
+                with_other_nu(error_change)
             ),
             below(
                 SATISFACTORY,
                 "order",
                 "error of the variant that is best at this ν, minus the best error, at the other ν",
-                with_other_nu(regret),
-            ),
+            )(with_other_nu(regret)),
         ),
         _nu_panels,
         columns=3,
@@ -260,17 +256,11 @@ STATEMENTS = (
         12,
         "The mix beats each single variant.",
         (
-            below(
-                1.0,
-                "worst",
-                "worst error of a component: mix over the best single variant",
-                per_body(mix_over_best(np.max), fitted=True),
+            below(1.0, "worst", "worst error of a component: mix over the best single variant")(
+                per_body(mix_over_best(np.max), fitted=True)
             ),
-            below(
-                1.0,
-                "mean",
-                "mean error over the components: likewise",
-                per_body(mix_over_best(np.mean), fitted=True),
+            below(1.0, "mean", "mean error over the components: likewise")(
+                per_body(mix_over_best(np.mean), fitted=True)
             ),
         ),
         _mix_panels,
@@ -281,11 +271,8 @@ STATEMENTS = (
         14,
         "Both engines agree within their estimates on every component, body and geometry.",
         [
-            below(
-                1.0,
-                "apart",
-                "largest |difference| / (sum of both estimates) of a component",
-                engine_agreement,
+            below(1.0, "apart", "largest |difference| / (sum of both estimates) of a component")(
+                engine_agreement
             )
         ],
         _engine_panels,
@@ -297,34 +284,28 @@ STATEMENTS = (
         "Limits are met: the plane by every variant and by C, a nearly plane contour by C, point loads by A, "
         "the cylinder by B.",
         (
-            below(SAME_NUMBER, "variants", "plane: largest error of a variant against A", variant_deviations),
-            below(
-                1.0,
-                "plane",
-                "plane: largest |C - A| / estimate of C",
-                lambda runs: {body: error_over_estimate(runs.plane(), body) for body in BODIES},
+            below(SAME_NUMBER, "variants", "plane: largest error of a variant against A")(variant_deviations),
+            below(1.0, "plane", "plane: largest |C - A| / estimate of C")(
+                lambda runs: {body: error_over_estimate(runs.plane(), body) for body in BODIES}
             ),
             below(
                 0.01,
                 "nearly plane",
                 "arc of 1000 reference lengths: |C - A| on a line, of max |A_ij|, of max |A_nn| if A_ij is 0",
-                lambda runs: {body: deviation_from_limit(runs.nearly_plane(), body) for body in BODIES},
-            ),
-            below(
-                HALF_SPACE,
-                "point loads",
-                "A at 1e5 patches: relative deviation from point loads",
-                lambda _: {f"ν = {nu:g}": far_field_error(nu) for nu in NU},
+            )(lambda runs: {body: deviation_from_limit(runs.nearly_plane(), body) for body in BODIES}),
+            below(HALF_SPACE, "point loads", "A at 1e5 patches: relative deviation from point loads")(
+                lambda _: {f"ν = {nu:g}": far_field_error(nu) for nu in NU}
             ),
             below(
                 SAME_NUMBER,
                 "cylinder",
                 "B of line loads with the factor (π - |α|) / π: relative deviation from cavity or cylinder",
+            )(
                 lambda _: {
                     f"{body}, ν = {nu:g}": cylinder_error(side, nu)
                     for body, side in CYLINDERS.items()
                     for nu in NU
-                },
+                }
             ),
         ),
         _limit_panels,

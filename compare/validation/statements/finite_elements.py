@@ -277,15 +277,13 @@ STATEMENTS = (
                 "patch",
                 f"{CENTRED.scene}: a, b, Δδ, p_max with C: deviation from finite elements minus "
                 "their estimate",
-                beyond_estimate(CENTRED, *OF_PATCH),
-            ),
+            )(beyond_estimate(CENTRED, *OF_PATCH)),
             below(
                 AGREES,
                 "approach",
                 f"{CENTRED.scene}: approach with C, likewise; without M_zz of both bodies, and "
                 "nothing fitted",
-                beyond_estimate(CENTRED, APPROACH),
-            ),
+            )(beyond_estimate(CENTRED, APPROACH)),
         ),
         pressure_panels(CENTRED),
         deviation_details(CENTRED),
@@ -299,26 +297,18 @@ STATEMENTS = (
                 "pressure",
                 f"{BESIDE.scene}, upper body moved by {BESIDE.shift:g} mm: p_max with C: deviation from "
                 "finite elements minus their estimate",
-                beyond_estimate(BESIDE, "p_max"),
+            )(beyond_estimate(BESIDE, "p_max")),
+            below(AGREES_FORCE, "force", "lateral force with C, likewise, over the load")(
+                beyond_estimate(BESIDE, "F_y", over="load")
             ),
-            below(
-                AGREES_FORCE,
-                "force",
-                "lateral force with C, likewise, over the load",
-                beyond_estimate(BESIDE, "F_y", over="load"),
-            ),
-            below(
-                AGREES_CENTRE,
-                "centre",
-                "centre of pressure with C, likewise [mm]",
-                beyond_estimate(BESIDE, "s_centre", over="unit"),
+            below(AGREES_CENTRE, "centre", "centre of pressure with C, likewise [mm]")(
+                beyond_estimate(BESIDE, "s_centre", over="unit")
             ),
             below(
                 AGREES,
                 "approach",
                 "approach with C, likewise, as a share; without M_zz of both bodies, and nothing fitted",
-                beyond_estimate(BESIDE, APPROACH),
-            ),
+            )(beyond_estimate(BESIDE, APPROACH)),
         ),
         pressure_panels(BESIDE),
         deviation_details(BESIDE),
@@ -331,8 +321,7 @@ STATEMENTS = (
                 SAME,
                 name,
                 f"{SCENE}, {LOAD:g} N: change of {name} from grid to grid minus both estimates, as a share",
-                change_beyond_estimates(name),
-            )
+            )(change_beyond_estimates(name))
             for name in NUMBERS
         ],
         element_panels,
@@ -347,9 +336,8 @@ STATEMENTS = (
                 "proportional",
                 "|difference of the approach with C less the compliance at the other loads times the load| "
                 "over the approach, minus the estimate of finite elements",
-                non_rigid_beyond_estimate,
-            ),
-            below(SATISFACTORY, "rigid", "|compliance of all loads over M_zz of both bodies - 1|", off_mzz),
+            )(non_rigid_beyond_estimate),
+            below(SATISFACTORY, "rigid", "|compliance of all loads over M_zz of both bodies - 1|")(off_mzz),
         ),
         rigid_panels,
         rigid_details,
@@ -359,16 +347,10 @@ STATEMENTS = (
         "Contact with C agrees with contact of two meshed bodies at all angles, on both pairs.",
         (
             below(
-                AGREES,
-                "patch",
-                "a, b, Δδ, p_max with C: deviation from finite elements minus their estimate",
-                beyond_estimate_everywhere(*OF_PATCH),
-            ),
-            below(
-                AGREES,
-                "approach",
-                "approach with C, likewise; without M_zz of both bodies",
-                beyond_estimate_everywhere(APPROACH),
+                AGREES, "patch", "a, b, Δδ, p_max with C: deviation from finite elements minus their estimate"
+            )(beyond_estimate_everywhere(*OF_PATCH)),
+            below(AGREES, "approach", "approach with C, likewise; without M_zz of both bodies")(
+                beyond_estimate_everywhere(APPROACH)
             ),
         ),
         angle_panels,

@@ -84,14 +84,14 @@ class Criterion:
         return bool(abs(value - self.threshold) <= accuracy)
 
 
-def below(threshold: float, name: str, description: str, measure: Measure) -> Criterion:
-    """Return the criterion that a number is smaller than a threshold."""
-    return Criterion(name, description, "<", threshold, measure)
+def below(threshold: float, name: str, description: str) -> Callable[[Measure], Criterion]:
+    """Make what a function measures a criterion: it is smaller than a threshold in every case."""
+    return lambda measure: Criterion(name, description, "<", threshold, measure)
 
 
-def above(threshold: float, name: str, description: str, measure: Measure) -> Criterion:
-    """Return the criterion that a number is larger than a threshold."""
-    return Criterion(name, description, ">", threshold, measure)
+def above(threshold: float, name: str, description: str) -> Callable[[Measure], Criterion]:
+    """Make what a function measures a criterion: it is larger than a threshold in every case."""
+    return lambda measure: Criterion(name, description, ">", threshold, measure)
 
 
 def labelled(label: str, measure: Measure) -> Measure:

@@ -244,11 +244,8 @@ ON_ERRORS = (
         "A_nn is within 5 % of C up to Δδ of 40° in p_max, a, b and approach, in both pairs "
         "(section 6.1; a and b as far as the mesh tells them).",
         [
-            below(
-                SATISFACTORY,
-                "A",
-                "|error| of p_max, approach, a, b with A at Δδ of 20, 30, 40°",
-                error_sizes(("A",), SMALL_ANGLES),
+            below(SATISFACTORY, "A", "|error| of p_max, approach, a, b with A at Δδ of 20, 30, 40°")(
+                error_sizes(("A",), SMALL_ANGLES)
             )
         ],
         error_panels(("A",), (*SMALL_ANGLES, *ANGLES[2:])),
@@ -262,8 +259,7 @@ ON_ERRORS = (
                 0.0,
                 "tall minus wide",
                 "|error| of p_max, approach, a, b with A on tall minus wide, at Δδ of 30, 40 ... 100°",
-                tall_minus_wide,
-            )
+            )(tall_minus_wide)
         ],
         _pairs_panels,
         lambda runs: {**load_details(ANGLES)(runs), **approach_details(runs)},
@@ -272,11 +268,8 @@ ON_ERRORS = (
         28,
         "B and B̂ are good in both pairs up to Δδ of about 100° (section 6.1; good: within 10 %, as in 17).",
         [
-            below(
-                GOOD,
-                "B, B̂",
-                "|error| of p_max, approach, a, b with B and B̂ at Δδ of 30, 40 ... 100°",
-                error_sizes(("B", "Bhat"), ANGLES),
+            below(GOOD, "B, B̂", "|error| of p_max, approach, a, b with B and B̂ at Δδ of 30, 40 ... 100°")(
+                error_sizes(("B", "Bhat"), ANGLES)
             )
         ],
         error_panels(("B", "Bhat"), ANGLES),
@@ -286,13 +279,10 @@ ON_ERRORS = (
         29,
         "B̂ is better than B, but for the approach on the tall pair (section 6.1).",
         (
-            below(
-                1.0,
-                "better",
-                "rms error of B̂ over that of B at Δδ of 30, 40 ... 100°",
-                bhat_over_b([case for case in product(PAIRS, NAMES) if case != (TALL, "approach")]),
+            below(1.0, "better", "rms error of B̂ over that of B at Δδ of 30, 40 ... 100°")(
+                bhat_over_b([case for case in product(PAIRS, NAMES) if case != (TALL, "approach")])
             ),
-            above(1.0, "approach", "the same of the approach on tall", bhat_over_b([(TALL, "approach")])),
+            above(1.0, "approach", "the same of the approach on tall")(bhat_over_b([(TALL, "approach")])),
         ),
         error_panels(("B", "Bhat"), ANGLES),
         rigid_details,
@@ -301,7 +291,7 @@ ON_ERRORS = (
         30,
         "Loads of 660, 5300 and 18 000 kN on the wide pair and of 7.4, 58 and 310 kN on the tall one give Δδ "
         "near 40, 80 and 110° (section 6.1; near: within 10 %).",
-        [below(FOLLOWS, "angles", "|Δδ with C over the angle of the source - 1|", angle_deviations)],
+        [below(FOLLOWS, "angles", "|Δδ with C over the angle of the source - 1|")(angle_deviations)],
         _angle_panels,
         angle_details,
     ),
@@ -470,20 +460,14 @@ ON_SHAPES = (
         "With the load, pressures along s grow more uniform on the wide pair and more peaked on the tall "
         "one; those along x stay near Hertz's and become slightly more peaked (section 6.1).",
         (
-            below(
-                0.0,
-                "uniform",
-                "along s, wide: change of largest over mean pressure from load to load",
-                peakedness_growth("s", (WIDE,)),
+            below(0.0, "uniform", "along s, wide: change of largest over mean pressure from load to load")(
+                peakedness_growth("s", (WIDE,))
             ),
-            above(0.0, "peaked", "along s, tall: the same", peakedness_growth("s", (TALL,))),
-            below(
-                FOLLOWS,
-                "near Hertz",
-                "along x: |largest over mean pressure, over 4/π of Hertz's, - 1|",
-                off_hertz("x"),
+            above(0.0, "peaked", "along s, tall: the same")(peakedness_growth("s", (TALL,))),
+            below(FOLLOWS, "near Hertz", "along x: |largest over mean pressure, over 4/π of Hertz's, - 1|")(
+                off_hertz("x")
             ),
-            above(0.0, "along x", "along x: change from load to load", peakedness_growth("x", PAIRS)),
+            above(0.0, "along x", "along x: change from load to load")(peakedness_growth("x", PAIRS)),
         ),
         _shape_panels,
         shape_details,
@@ -498,13 +482,9 @@ ON_SHAPES = (
                 "spread",
                 "largest |u_n by A - u_n by B̂| on a patch: under the pressures of wide, which spread more, "
                 "over those of tall",
-                by_pressures,
-            ),
-            above(
-                1.0,
-                "tall",
-                "the same on the patch of tall over that of wide, under equal pressures",
-                by_patch,
+            )(by_pressures),
+            above(1.0, "tall", "the same on the patch of tall over that of wide, under equal pressures")(
+                by_patch
             ),
         ),
         _difference_panels,

@@ -492,8 +492,7 @@ STATEMENTS = (
                     HELD,
                     f"held {study}",
                     f"share of {COUNTS[study]} random contacts, {study}, whose error is within its estimate",
-                    covered(study, "held"),
-                )
+                )(covered(study, "held"))
                 for study in STUDIES
             ),
             *(
@@ -501,8 +500,7 @@ STATEMENTS = (
                     USEFUL,
                     f"width {study}",
                     f"median of estimate over error of {COUNTS[study]} random contacts, {study}",
-                    covered(study, "median"),
-                )
+                )(covered(study, "median"))
                 for study in STUDIES
             ),
         ),

@@ -223,25 +223,17 @@ STATEMENTS = (
                 FOLLOWS,
                 "shift",
                 "difference to C of the creepage without force, times the slope with C, over friction load",
-                distances(rolling, shift, SHIFTED, (LOW,)),
-            ),
+            )(distances(rolling, shift, SHIFTED, (LOW,))),
             below(
                 SMALL_PART,
                 "as a whole",
                 "share of the distance to C's curve that is left when the curve is moved by that difference",
-                distances(rolling, left_after_shift, SHIFTED, (LOW,)),
+            )(distances(rolling, left_after_shift, SHIFTED, (LOW,))),
+            below(SMALL_PART, "restored", "the same difference: B̂′ over B̂")(
+                compared(rolling, shift, "Bhat_prime", ("Bhat",), (LOW,))
             ),
-            below(
-                SMALL_PART,
-                "restored",
-                "the same difference: B̂′ over B̂",
-                compared(rolling, shift, "Bhat_prime", ("Bhat",), (LOW,)),
-            ),
-            below(
-                FOLLOWS,
-                "close",
-                "largest distance of the curve with B̂′ from C's, over friction load",
-                distances(rolling, largest_curve_distance, ("Bhat_prime",), (LOW,)),
+            below(FOLLOWS, "close", "largest distance of the curve with B̂′ from C's, over friction load")(
+                distances(rolling, largest_curve_distance, ("Bhat_prime",), (LOW,))
             ),
         ),
         lambda runs: [_curve_panel(runs), _difference_panel(runs, LOW)],
@@ -253,22 +245,13 @@ STATEMENTS = (
         "and B̂′ restores it.",
         (
             above(
-                FOLLOWS,
-                "off",
-                "distance of p_x from C's at s = 0, over p_x with C, rms; F_x at half of it",
-                distances(rolling, line_distance, SHIFTED, (LOW,)),
+                FOLLOWS, "off", "distance of p_x from C's at s = 0, over p_x with C, rms; F_x at half of it"
+            )(distances(rolling, line_distance, SHIFTED, (LOW,))),
+            below(SMALL_PART, "restored", "the same: B̂′ over B̂")(
+                compared(rolling, line_distance, "Bhat_prime", ("Bhat",), (LOW,))
             ),
-            below(
-                SMALL_PART,
-                "restored",
-                "the same: B̂′ over B̂",
-                compared(rolling, line_distance, "Bhat_prime", ("Bhat",), (LOW,)),
-            ),
-            below(
-                FOLLOWS,
-                "close",
-                "the same with B̂′",
-                distances(rolling, line_distance, ("Bhat_prime",), (LOW,)),
+            below(FOLLOWS, "close", "the same with B̂′")(
+                distances(rolling, line_distance, ("Bhat_prime",), (LOW,))
             ),
         ),
         _line_panels,
@@ -279,16 +262,10 @@ STATEMENTS = (
         "Differences in rolling shrink with friction 0.40 and 0.60.",
         (
             below(
-                1.0,
-                "curve",
-                "rms distance of the creep-force curve over friction load: over the one before",
-                between_frictions(rolling, curve_distance, SHIFTED, GROWING),
-            ),
-            below(
-                1.0,
-                "p_x",
-                "distance of p_x at s = 0 at equal F_x over friction load: likewise",
-                between_frictions(rolling, line_distance, SHIFTED, GROWING),
+                1.0, "curve", "rms distance of the creep-force curve over friction load: over the one before"
+            )(between_frictions(rolling, curve_distance, SHIFTED, GROWING)),
+            below(1.0, "p_x", "distance of p_x at s = 0 at equal F_x over friction load: likewise")(
+                between_frictions(rolling, line_distance, SHIFTED, GROWING)
             ),
         ),
         lambda runs: [
@@ -303,29 +280,17 @@ STATEMENTS = (
         "In static compression B is closest to C and B̂′ worst at friction 0.40 and 0.60; at 0.20 differences "
         "are smaller.",
         (
-            below(
-                1.0,
-                "B",
-                "distance of tangential tractions from C's: B over the least of A, B̂, B̂′",
-                traction_over("B", "least", ("A", "Bhat", "Bhat_prime")),
+            below(1.0, "B", "distance of tangential tractions from C's: B over the least of A, B̂, B̂′")(
+                traction_over("B", "least", ("A", "Bhat", "Bhat_prime"))
             ),
-            above(
-                1.0,
-                "B̂′",
-                "the same: B̂′ over the larger one of B, B̂",
-                traction_over("Bhat_prime", "largest", ("B", "Bhat")),
+            above(1.0, "B̂′", "the same: B̂′ over the larger one of B, B̂")(
+                traction_over("Bhat_prime", "largest", ("B", "Bhat"))
             ),
-            below(
-                1.0,
-                "smaller",
-                "distance over friction times pressure: at 0.20 over that at more",
-                between_frictions(compression, traction_distance, ROTATED, FROM_LOW),
+            below(1.0, "smaller", "distance over friction times pressure: at 0.20 over that at more")(
+                between_frictions(compression, traction_distance, ROTATED, FROM_LOW)
             ),
-            below(
-                1.0,
-                "sliding",
-                "difference of the sliding share from C's: likewise",
-                between_frictions(compression, sliding_distance, ROTATED, FROM_LOW),
+            below(1.0, "sliding", "difference of the sliding share from C's: likewise")(
+                between_frictions(compression, sliding_distance, ROTATED, FROM_LOW)
             ),
         ),
         _compression_panels,

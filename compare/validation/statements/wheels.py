@@ -407,24 +407,19 @@ STATEMENTS = (
         "Hertz along the normal where patches are small, and tends to A on the curved surface with the "
         "square of the half-width.",
         (
-            below(
-                OF_CONTACT,
-                "CONTACT",
-                "|p_max over that of CONTACT (2087 MPa) - 1|",
-                lambda runs: {"S1002 on 60E1, 6.5 mm": abs(p_max(planar_wheel(runs)) / P_MAX - 1)},
+            below(OF_CONTACT, "CONTACT", "|p_max over that of CONTACT (2087 MPa) - 1|")(
+                lambda runs: {"S1002 on 60E1, 6.5 mm": abs(p_max(planar_wheel(runs)) / P_MAX - 1)}
             ),
             below(
                 OF_HERTZ,
                 "Hertz",
                 "cones, half-width of 0.2 % of the rail's radius: |p_max or approach over Hertz's - 1|",
-                planar_hertz,
-            ),
+            )(planar_hertz),
             below(
                 OF_ORDER,
                 "order",
                 "cones, half-widths of 3.6 and 1.8 % of the radius: |order of (planar over A - 1) - 2|",
-                planar_orders,
-            ),
+            )(planar_orders),
         ),
         _planar_panels,
         planar_lateral,
@@ -436,9 +431,9 @@ STATEMENTS = (
         "on smaller elements within its estimated error; beside a radius of 1 mm a grid that is not refined "
         "lacks more than 2 % of it.",
         (
-            below(1.0, "within", "change of p_max by smaller elements over its estimated error", peak_errors),
-            above(
-                LACKS, "unrefined", "share of p_max that 20 elements across the patch lack", unrefined_errors
+            below(1.0, "within", "change of p_max by smaller elements over its estimated error")(peak_errors),
+            above(LACKS, "unrefined", "share of p_max that 20 elements across the patch lack")(
+                unrefined_errors
             ),
         ),
         _peak_panels,
@@ -450,24 +445,17 @@ STATEMENTS = (
         "patches gives, forces are those of two contacts of Hertz, and leaving out the second patch changes "
         "F_y by more than its estimated error.",
         (
-            below(
-                SAME,
-                "one grid",
-                "two areas and one grid: difference over p_max, or over the approach",
-                area_differences,
+            below(SAME, "one grid", "two areas and one grid: difference over p_max, or over the approach")(
+                area_differences
             ),
             below(
                 OF_HERTZ,
                 "Hertz",
                 "two cones: |force of a patch, or approach, over that of two contacts of Hertz - 1|",
-                two_point_errors,
-            ),
-            below(OF_LOAD, "load", "two cones: |sum of all forces over the load - 1|", load_errors),
-            above(
-                1.0,
-                "second patch",
-                "change of F_y without the second patch over its estimated error",
-                second_patch_effects,
+            )(two_point_errors),
+            below(OF_LOAD, "load", "two cones: |sum of all forces over the load - 1|")(load_errors),
+            above(1.0, "second patch", "change of F_y without the second patch over its estimated error")(
+                second_patch_effects
             ),
         ),
         _patch_panels,

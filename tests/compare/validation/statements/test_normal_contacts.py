@@ -248,7 +248,7 @@ def doubled(self, approach):
     return 2 * RIGHT_DISTANCE(self, approach)
 
 
-BETTER = below(1.0, "better", "", normal_contacts.bhat_over_b([(TALL, "p_max"), (TALL, "b")]))
+BETTER = below(1.0, "better", "")(normal_contacts.bhat_over_b([(TALL, "p_max"), (TALL, "b")]))
 (ANGLES,) = STATEMENTS[30].criteria
 FROM_PRESSURES = STATEMENTS[26].criteria[0]
 MUTATIONS = {  # what is wrong, and the criterion of which some case must change
