@@ -52,7 +52,7 @@ CREEPAGE = "longitudinal creepage [1e-3]"
 # --- 34, 36: creep-force curves -------------------------------------------------------------------------
 
 
-def curve_details(runs: Runs) -> Mapping[str, float]:
+def _curve_details(runs: Runs) -> Mapping[str, float]:
     """Return distances of curves from C and shifts of all ICs at each coefficient of friction."""
     contacts = rolling(runs)
     return {
@@ -172,7 +172,7 @@ def traction_over(ics: str, pick: str, others: Sequence[str]) -> Measure:
     )
 
 
-def compression_details(runs: Runs) -> Mapping[str, float]:
+def _compression_details(runs: Runs) -> Mapping[str, float]:
     """Return distances of all ICs from C: of tractions over their bound, over pressure, of sliding shares.
 
     Of p_s and p_x alone, too: they depend on different components of the ICs, p_s on sn, p_x on xn.
@@ -192,26 +192,21 @@ def compression_details(runs: Runs) -> Mapping[str, float]:
     return details
 
 
-def _compression_panels(runs: Runs) -> list[Panel]:
-    """Return p_s along x = 0 over the largest bound, and sliding shares over the load."""
-    contacts, tractions, shares = compression(runs), [], []
+def _compression_panels(runs: Runs) -> Iterator[Panel]:
+    """Yield p_s along x = 0 over the largest bound, and sliding shares over the load."""
+    contacts = compression(runs)
     kilonewtons = contacts["load"].values / 1e3
     for friction in FRICTIONS:
-        at = contacts.sel(friction=friction)
-        p = at.p.interp(x=0.0)
+        p = contacts.p.sel(friction=friction).interp(x=0.0)
         bound = friction * float(np.max(p.sel(ics="C", direction="n")))
-        tractions.append(
-            Panel(
-                f"friction {friction:g}, {kilonewtons[-1]:g} kN",
-                "s [mm]",
-                "p_s at x = 0 over friction p_max with C [-]",
-                make_curves(contacts.s.values, by_symbol(p.sel(direction="s") / bound, DRAWN)),
-            )
-        )
+        title = f"friction {friction:g}, {kilonewtons[-1]:g} kN"
+        curves = make_curves(contacts.s.values, by_symbol(p.sel(direction="s") / bound, DRAWN))
+        yield Panel(title, "s [mm]", "p_s at x = 0 over friction p_max with C [-]", curves)
+    for friction in FRICTIONS:
+        at = contacts.sel(friction=friction)
         band = at.estimate_sliding_share.sel(ics="C").values
         curves = make_curves(kilonewtons, by_symbol(at.sliding_share, DRAWN), band)
-        shares.append(Panel(f"friction {friction:g}", "load [kN]", "sliding share of the patch [-]", curves))
-    return [*tractions, *shares]
+        yield Panel(f"friction {friction:g}", "load [kN]", "sliding share of the patch [-]", curves)
 
 
 STATEMENTS = (
@@ -237,7 +232,7 @@ STATEMENTS = (
             ),
         ),
         lambda runs: [_curve_panel(runs), _difference_panel(runs, LOW)],
-        curve_details,
+        _curve_details,
     ),
     Statement(
         35,
@@ -294,7 +289,7 @@ STATEMENTS = (
             ),
         ),
         _compression_panels,
-        compression_details,
+        _compression_details,
         columns=3,
     ),
 )
