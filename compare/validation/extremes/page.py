@@ -131,8 +131,8 @@ def _panels(rows: Sequence[Entry]) -> list[Panel]:
     """
     looks = dict(zip(dict.fromkeys(row["parameter"] for row in rows), cycle(LOOKS), strict=False))
     panels = []
-    for of_contact in (False, True):
-        group = [row for row in rows if (row["engine"] in (CONTACT, FRICTION)) == of_contact]
+    for are_contacts in (False, True):
+        group = [row for row in rows if (row["engine"] in (CONTACT, FRICTION)) == are_contacts]
         kinds = dict(zip(_by_part(group), ("filled", "open"), strict=False))
         curves = []
         for row in group:

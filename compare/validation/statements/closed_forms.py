@@ -55,8 +55,10 @@ SLOPES = (1 / 20, -1 / 20)  # of cones, positive where they fall towards +y
 REACH = 0.3  # inclination [rad] to which the rail is an arc
 ELEMENTS, ROOM = (40, 36), 1.4  # of a grid along x and s; its sides over the axes of the ellipse
 
-ON_CIRCLE = 0.002  # of the free creepage: the rail's inclination varies over a patch, a b / (RAIL RADIUS xi)
-OF_SPIN = 0.02  # of forces of a spin: elements of a fortieth of the patch
+CIRCLE_TOLERANCE = (
+    0.002  # of the free creepage: the rail's inclination varies over a patch, a b / (RAIL RADIUS xi)
+)
+SPIN_TOLERANCE = 0.02  # of forces of a spin: elements of a fortieth of the patch
 
 
 @dataclass(frozen=True)
@@ -124,7 +126,11 @@ def rolling_cones(_: Runs) -> Mapping[str, tuple[Cone, RollingContact]]:
     return contacts
 
 
-@below(ON_CIRCLE, "circles", "free cones: relative error of the creepage R / r - 1 of the circle that rolls")
+@below(
+    CIRCLE_TOLERANCE,
+    "circles",
+    "free cones: relative error of the creepage R / r - 1 of the circle that rolls",
+)
 def _circles(runs: Runs) -> Values:
     return {
         name: float(abs(contact.creepages.longitudinal / cone.free - 1))
@@ -132,7 +138,11 @@ def _circles(runs: Runs) -> Values:
     }
 
 
-@below(OF_SPIN, "spin of cones", "free cones: error of F_s, M_n of their spin sin(δ) / r over the larger one")
+@below(
+    SPIN_TOLERANCE,
+    "spin of cones",
+    "free cones: error of F_s, M_n of their spin sin(δ) / r over the larger one",
+)
 def _spin_of_cones(runs: Runs) -> Values:
     errors: dict[str, float] = {}
     for name, (cone, contact) in rolling_cones(runs).items():
@@ -155,8 +165,8 @@ ACROSS = 40  # elements across the contact
 CARTERS = (0.2, 0.5, 0.8)  # creepages over that of full slip
 FRICTION = 0.3
 
-OF_FORCE = 0.02  # forces and coefficients against closed forms: elements of a fortieth of the patch
-OF_TRACTION = 0.05  # mean difference of tractions over their mean: edges cut elements
+FORCE_TOLERANCE = 0.02  # forces and coefficients against closed forms: elements of a fortieth of the patch
+TRACTION_TOLERANCE = 0.05  # mean difference of tractions over their mean: edges cut elements
 EXACTLY = 1e-4  # where the closed form does not depend on elements
 
 
@@ -221,12 +231,12 @@ def centres(n: int, step: float) -> Array:
     return np.asarray(step * (np.arange(n) - (n - 1) / 2), dtype=float)
 
 
-@below(OF_FORCE, "Carter", "Carter: relative error of the force")
+@below(FORCE_TOLERANCE, "Carter", "Carter: relative error of the force")
 def _carter_force(_: Runs) -> Values:
     return {f"{share:g} of full slip": carter(share).force_error for share in CARTERS}
 
 
-@below(OF_TRACTION, "Carter stick", "Carter: error of the width that sticks over that of the contact")
+@below(TRACTION_TOLERANCE, "Carter stick", "Carter: error of the width that sticks over that of the contact")
 def _carter_stick(_: Runs) -> Values:
     return {f"{share:g} of full slip": carter(share).stick_error for share in CARTERS}
 
@@ -260,7 +270,7 @@ def rolls(friction: float, creepages: Creepages) -> tuple[FrictionalContact, Rol
     return wheel.contact(creepages, Loading(LOAD)).contact, wheel
 
 
-@below(OF_FORCE, "Kalker", "Kalker: error of F_x, F_y, M_z of small creepages over the largest")
+@below(FORCE_TOLERANCE, "Kalker", "Kalker: error of F_x, F_y, M_z of small creepages over the largest")
 def _kalker(_: Runs) -> Values:
     length = np.sqrt(POINT.a * POINT.b)
     coefficients = kalker_coefficients(POINT, STEEL.nu)
@@ -304,7 +314,7 @@ def shifts(_: Runs) -> Mapping[str, tuple[FrictionalContact, ShiftedPoint, int]]
     return contacts
 
 
-@below(OF_FORCE, "Cattaneo", "Cattaneo: relative error of the force")
+@below(FORCE_TOLERANCE, "Cattaneo", "Cattaneo: relative error of the force")
 def _cattaneo_force(runs: Runs) -> Values:
     return {
         case: abs(float(contact.force[direction]) / exact.force - 1)
@@ -312,7 +322,7 @@ def _cattaneo_force(runs: Runs) -> Values:
     }
 
 
-@below(OF_TRACTION, "Cattaneo tractions", "Cattaneo: mean difference of tractions over their mean")
+@below(TRACTION_TOLERANCE, "Cattaneo tractions", "Cattaneo: mean difference of tractions over their mean")
 def _cattaneo_tractions(runs: Runs) -> Values:
     errors: dict[str, float] = {}
     for case, (contact, exact, direction) in shifts(runs).items():

@@ -117,7 +117,7 @@ def _prismatic_panels(results: Results) -> Iterator[Panel]:
         yield curve.panel("A", more=more)
 
 
-OF_XN = (
+XN_STATEMENTS = (
     Statement(
         6,
         "B_xn is poor; off the centre line B and B̂ put the larger displacement in the concave body, C in the "
@@ -239,7 +239,7 @@ def _curvature_panels(runs: Runs) -> list[Panel]:
     return [Panel(title, "x / L  [-]", "IC · E · L  [-]", make_curves(at, curves))]
 
 
-OF_CURVATURE = (
+CURVATURE_STATEMENTS = (
     Statement(
         8,
         "C_xn is larger on Geometry 2; longitudinal curvature explains a small part of it.",
@@ -352,7 +352,7 @@ def _factor_panels(results: Results) -> Iterator[Panel]:
         yield curve.panel("B", "Bhat", more=more)
 
 
-OF_SN = (
+SN_STATEMENTS = (
     Statement(
         9,
         "C_sn along s: convex body well below A, concave above; B_sn better than B̂_sn, B̂′_sn worst, and "
@@ -392,4 +392,4 @@ OF_SN = (
     ),
 )
 
-STATEMENTS = (*OF_XN, *OF_CURVATURE, *OF_SN)
+STATEMENTS = (*XN_STATEMENTS, *CURVATURE_STATEMENTS, *SN_STATEMENTS)

@@ -238,7 +238,7 @@ def rotation(results: Results, body: str) -> float:
 
 
 @above(MUCH, "convex", "rotation of the convex body under a lateral load over the sum of both sizes")
-def _of_the_convex(runs: Runs) -> Mapping[str, float]:
+def _mostly_convex(runs: Runs) -> Mapping[str, float]:
     rotations = {name: [abs(rotation(runs.geometry(name), body)) for body in ALONE] for name in GEOMETRIES}
     return {name: convex / (convex + concave) for name, (convex, concave) in rotations.items()}
 
@@ -277,7 +277,7 @@ def _rotation_panels(results: Results) -> list[Panel]:
     return [curve.panel(more={"C before the discount": c}) for curve, c in zip(curves, raw, strict=True)]
 
 
-OF_BODIES = (
+SINGLE_BODIES = (
     Statement(
         5,
         "Deviations of the two bodies from A cancel in nn, ss, xx, xs and add in xn, sn.",
@@ -333,7 +333,7 @@ OF_BODIES = (
     Statement(
         19,
         "Most of the discounted rotation is due to the convex body.",
-        (_of_the_convex,),
+        (_mostly_convex,),
         side_by_side(_rotation_panels),
         labelled(
             "rotation · E L²",
@@ -342,4 +342,4 @@ OF_BODIES = (
     ),
 )
 
-STATEMENTS = (*NN, *TANGENTIAL, *OF_BODIES)
+STATEMENTS = (*NN, *TANGENTIAL, *SINGLE_BODIES)

@@ -97,7 +97,7 @@ def _difference_panel(runs: Runs, friction: float) -> Panel:
 def _line_panels(runs: Runs, frictions: Sequence[float] = (LOW,)) -> Iterator[Panel]:
     contacts = rolling(runs)
     for friction in frictions:
-        line = centre_line(contacts, friction)
+        line = centre_line(contacts.sel(friction=friction))
         line = line / float(np.max(np.abs(line.sel(ics="C").values)))
         yield Panel(
             f"friction {friction:g}, F_x = {contacts.attrs['equal_force']:g} friction load",

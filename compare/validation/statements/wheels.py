@@ -54,12 +54,12 @@ ARC, TREAD, FLANGE = 80.0, 0.05, -0.5  # radius of a rail [mm], inclinations of 
 TWO_LOAD, ROLLS = 20e3, (0.0, 0.03)  # N; angles of the load to the z axis [rad]
 BOTH = Grid(40, 256, 0.4, 0.2, -22.0)  # over both patches
 
-OF_CONTACT = 0.005  # of the p_max of CONTACT
-OF_HERTZ = 0.005  # elements of a twentieth of the patch; a patch is 3 % of the rail's radius wide
-OF_ORDER = 0.05
+CONTACT_TOLERANCE = 0.005  # of the p_max of CONTACT
+HERTZ_TOLERANCE = 0.005  # elements of a twentieth of the patch; a patch is 3 % of the rail's radius wide
+ORDER_TOLERANCE = 0.05
 LACKS = 0.02  # of p_max, at least, without refined elements: they are refined until this is not lacking
 SAME = 2e-3  # nodes and point forces of the coupling between areas leave 1e-3
-OF_LOAD = 1e-6
+LOAD_TOLERANCE = 1e-6
 
 
 # --- contacts -------------------------------------------------------------------------------------------
@@ -172,7 +172,7 @@ def planar_wheel(_: Runs) -> PlanarContact:
     return solve_planar(wheel.bodies, LOAD, elements=ELEMENTS, roll=wheel.roll)
 
 
-@below(OF_CONTACT, "CONTACT", "|p_max over that of CONTACT (2087 MPa) - 1|")
+@below(CONTACT_TOLERANCE, "CONTACT", "|p_max over that of CONTACT (2087 MPa) - 1|")
 def _over_contact(runs: Runs) -> Values:
     return {"S1002 on 60E1, 6.5 mm": abs(p_max(planar_wheel(runs)) / P_MAX - 1)}
 
@@ -186,7 +186,9 @@ def planar_lateral(_: Runs) -> Values:
 
 
 @below(
-    OF_HERTZ, "Hertz", "cones, half-width of 0.2 % of the rail's radius: |p_max or approach over Hertz's - 1|"
+    HERTZ_TOLERANCE,
+    "Hertz",
+    "cones, half-width of 0.2 % of the rail's radius: |p_max or approach over Hertz's - 1|",
 )
 def _planar_over_hertz(_: Runs) -> Values:
     measured = {}
@@ -200,7 +202,9 @@ def _planar_over_hertz(_: Runs) -> Values:
 
 
 @below(
-    OF_ORDER, "order", "cones, half-widths of 3.6 and 1.8 % of the radius: |order of (planar over A - 1) - 2|"
+    ORDER_TOLERANCE,
+    "order",
+    "cones, half-widths of 3.6 and 1.8 % of the radius: |order of (planar over A - 1) - 2|",
 )
 def _planar_order(_: Runs) -> Values:
     """Measure p_max where the contact is level, the lateral force where it is not.
@@ -345,7 +349,9 @@ def two_points(roll: float) -> tuple[Array, float]:
 
 
 @below(
-    OF_HERTZ, "Hertz", "two cones: |force of a patch, or approach, over that of two contacts of Hertz - 1|"
+    HERTZ_TOLERANCE,
+    "Hertz",
+    "two cones: |force of a patch, or approach, over that of two contacts of Hertz - 1|",
 )
 def _over_two_of_hertz(runs: Runs) -> Values:
     differences: dict[str, float] = {}
@@ -358,7 +364,7 @@ def _over_two_of_hertz(runs: Runs) -> Values:
     return differences
 
 
-@below(OF_LOAD, "load", "two cones: |sum of all forces over the load - 1|")
+@below(LOAD_TOLERANCE, "load", "two cones: |sum of all forces over the load - 1|")
 def _over_load(runs: Runs) -> Values:
     return {
         f"load at {roll:g} rad": abs(
