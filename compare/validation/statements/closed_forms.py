@@ -55,9 +55,8 @@ SLOPES = (1 / 20, -1 / 20)  # of cones, positive where they fall towards +y
 REACH = 0.3  # inclination [rad] to which the rail is an arc
 ELEMENTS, ROOM = (40, 36), 1.4  # of a grid along x and s; its sides over the axes of the ellipse
 
-CIRCLE_TOLERANCE = (
-    0.002  # of the free creepage: the rail's inclination varies over a patch, a b / (RAIL RADIUS xi)
-)
+# of the free creepage: the rail's inclination varies over a patch, by a b / (RAIL RADIUS xi)
+CIRCLE_TOLERANCE = 0.002
 SPIN_TOLERANCE = 0.02  # of forces of a spin: elements of a fortieth of the patch
 
 

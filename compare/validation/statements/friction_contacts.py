@@ -22,7 +22,7 @@ from femic.contact.motions.rolling import scaled_force
 from femic.contact.pairs.ics import NONE_GIVEN, C, GivenICs
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
-from femic.results.contact import reference_ics
+from femic.results.contact import compared_ics, reference_ics
 from femic.scenes.load import load_scene
 from geometries.arrays import Array
 from geometries.patches import Grid
@@ -195,6 +195,16 @@ def case(friction: float, ics: str) -> str:
 def by_symbol(values: xr.DataArray, ics: Sequence[str]) -> dict[str, Array]:
     """Return the values with some ICs, by their symbols, as charts draw them."""
     return {ics_symbol(name): values.sel(ics=name).values for name in ics}
+
+
+def distances_by_label(contacts: xr.Dataset, labels: Mapping[str, Distance]) -> dict[str, float]:
+    """Return distances of all ICs from C at each coefficient of friction, by their labels."""
+    return {
+        f"{label}: {case(friction, name)}": distance(contacts, friction, name)
+        for friction in FRICTIONS
+        for name in compared_ics(contacts)
+        for label, distance in labels.items()
+    }
 
 
 def measured(

@@ -13,6 +13,7 @@ from compare.validation.statements.friction_contacts import (
     HIGH,
     LOW,
     SINGLE,
+    Distance,
     between_frictions,
     by_symbol,
     case,
@@ -21,6 +22,7 @@ from compare.validation.statements.friction_contacts import (
     compression,
     curve_distance,
     distances,
+    distances_by_label,
     largest_curve_distance,
     left_after_shift,
     line_distance,
@@ -38,7 +40,6 @@ from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
 from femic.contact.motions.rolling import scaled_force
 from femic.contact.pairs.ics import C
-from femic.results.contact import compared_ics
 from geometries.arrays import Array
 from geometries.patches import N, X
 
@@ -53,14 +54,7 @@ CREEPAGE = "longitudinal creepage [1e-3]"
 
 
 def _curve_details(runs: Runs) -> Mapping[str, float]:
-    """Return distances of curves from C and shifts of all ICs at each coefficient of friction."""
-    contacts = rolling(runs)
-    return {
-        f"{kind}: {case(friction, name)}": distance(contacts, friction, name)
-        for kind, distance in (("shift", shift), ("rms of curve", curve_distance))
-        for friction in FRICTIONS
-        for name in compared_ics(contacts)
-    }
+    return distances_by_label(rolling(runs), {"shift": shift, "rms of curve": curve_distance})
 
 
 def shrinking_details(runs: Runs) -> Mapping[str, float]:
@@ -140,12 +134,8 @@ def line_details(runs: Runs) -> Mapping[str, float]:
     may be small, and a share of it large. With effective properties in xn alone the other components stay
     those of B-hat; in B-hat-prime they change sn, too.
     """
-    contacts, details = rolling(runs), dict[str, float]()
-    for friction in FRICTIONS:
-        for name in compared_ics(contacts):
-            at, bound = case(friction, name), line_distance_over_bound(contacts, friction, name)
-            details[f"over p_x: {at}"] = line_distance(contacts, friction, name)
-            details[f"over friction times pressure: {at}"] = bound
+    labels = {"over p_x": line_distance, "over friction times pressure": line_distance_over_bound}
+    details = distances_by_label(rolling(runs), labels)
     lines = lines_elsewhere(runs)
     for place, name in lines:
         if name != C:
@@ -172,21 +162,21 @@ def traction_over(ics: str, pick: str, others: Sequence[str]) -> Measure:
     )
 
 
-def _compression_details(runs: Runs) -> Mapping[str, float]:
-    """Return distances of all ICs from C: of tractions over their bound, over pressure, of sliding shares.
+COMPRESSED: Mapping[str, Distance] = {
+    "tractions": traction_distance,
+    "tractions over pressures": lambda dataset, friction, ics: (
+        friction * traction_distance(dataset, friction, ics)
+    ),
+    "p_s alone": traction_distance_along("s"),  # depends on sn
+    "p_x alone": traction_distance_along("x"),  # on xn
+    "difference of sliding share": sliding_distance,
+}
 
-    Of p_s and p_x alone, too: they depend on different components of the ICs, p_s on sn, p_x on xn.
-    """
-    contacts, details = compression(runs), dict[str, float]()
+
+def _compression_details(runs: Runs) -> Mapping[str, float]:
+    contacts = compression(runs)
+    details = distances_by_label(contacts, COMPRESSED)
     for friction in FRICTIONS:
-        for name in compared_ics(contacts):
-            at, distance = case(friction, name), traction_distance(contacts, friction, name)
-            details[f"tractions: {at}"] = distance
-            details[f"tractions over pressures: {at}"] = friction * distance
-            for direction in "sx":
-                alone = traction_distance_along(direction)(contacts, friction, name)
-                details[f"p_{direction} alone: {at}"] = alone
-            details[f"difference of sliding share: {at}"] = sliding_distance(contacts, friction, name)
         share = contacts.sliding_share.sel(friction=friction, ics="C").isel(load=-1)
         details[f"sliding share: {case(friction, 'C')}"] = float(share)
     return details
