@@ -167,71 +167,56 @@ BeyondCase = Callable[[RunOptions], BeyondLimit]
 
 def limits() -> list[Limit]:
     """Return the limits of the analytic ICs, with cases within and beyond them."""
-    near = st.floats(-3, 3).map(_or_zero)
-    *one_body, modulus_ratio = _half_space_limits(near)
-    return [*one_body, *_rotation_limits(near), modulus_ratio]
-
-
-def _half_space_limits(near: st.SearchStrategy[float]) -> list[Limit]:
-    """Return the limits of Poisson's ratio, patch, distance and moduli."""
-    half, decades = HalfSpaces(), st.floats(-6, 6)
+    near, decades = st.floats(-3, 3).map(_or_zero), st.floats(-6, 6)
+    half = HalfSpaces()
     at = st.builds(lambda x, s: replace(half, x=x, s=s), near, near)
     nu = st.builds(lambda case, nu: replace(case, nu=nu), at, st.floats(0, 0.5).map(_or_zero))
     aspect = st.builds(lambda case, exponent: replace(case, aspect=10**exponent), at, decades)
     ratio = st.builds(lambda case, exponent: replace(case, ratio=10**exponent), at, decades)
     far = st.builds(_at_distance, st.floats(-3, 10), st.floats(1e-9, 6.28))
+    at_s = st.floats(-20, 20)
+    sides = st.sampled_from([1, -1])
+    flanks = st.builds(RotatedElements, st.floats(0, 89.9), st.just(np.inf), near, at_s, at_s, sides)
+    radii = st.floats(1.4, 12).map(lambda exponent: 10**exponent)
+    wheels = st.builds(RotatedElements, st.just(30.0), radii, near, at_s, at_s, st.just(UPPER))
     extremes, places = (10.0**-6, 10.0**6), (0.0, 1.0, 1e10)
-    beyond_nu = refusal("ν = 0.51", lambda _: replace(half, nu=0.51).error())
     return [
-        _row("ν", "0 … 0.5", nu, [replace(half, nu=v) for v in (0.0, 0.5)], [beyond_nu]),
-        _row(
+        _limit(
+            "ν",
+            "0 … 0.5",
+            nu,
+            [replace(half, nu=v) for v in (0.0, 0.5)],
+            refusal("ν = 0.51", lambda _: replace(half, nu=0.51).error()),
+        ),
+        _limit(
             "patch aspect a/b",
             "1e-6 … 1e6",
             aspect,
             [replace(half, aspect=value, x=x) for value in extremes for x in (0.0, 1.0, 1 + 1e-12)],
-            [_computed("a/b = 1e9", replace(half, aspect=1e9))],
+            _computed("a/b = 1e9", replace(half, aspect=1e9)),
         ),
-        _row(
+        _limit(
             "distance / patch",
             "0 … 1e10",
             far,
             [replace(half, x=x, s=s) for x in places for s in places],
-            [
-                _computed("1e14", replace(half, x=1e14, s=-1e14)),
-                refusal("lengths of 1e80 mm", lambda _: replace(half, size=1e80).error()),
-            ],
+            _computed("1e14", replace(half, x=1e14, s=-1e14)),
+            refusal("lengths of 1e80 mm", lambda _: replace(half, size=1e80).error()),
         ),
-        _row(
-            "modulus ratio",
-            "1e-6 … 1e6",
-            ratio,
-            [replace(half, ratio=value) for value in extremes],
-            [_computed("1e12", replace(half, ratio=1e12))],
-        ),
-    ]
-
-
-def _rotation_limits(near: st.SearchStrategy[float]) -> list[Limit]:
-    """Return the limits of flanks and rolling radii."""
-    flank, sides, prismatic = st.floats(0, 89.9), st.sampled_from([1, -1]), st.just(np.inf)
-    at_s = st.floats(-20, 20)
-    flanks = st.builds(RotatedElements, flank, prismatic, near, at_s, at_s, sides)
-    wheels = st.builds(
-        lambda exponent, *rest: RotatedElements(30.0, 10**exponent, *rest),
-        st.floats(1.4, 12),
-        near,
-        at_s,
-        at_s,
-        st.just(UPPER),
-    )
-    return [
-        _row("flank inclination", "any", flanks, [RotatedElements(89.9, s=100.0, s_load=-100.0)], []),
-        _row(
+        _limit("flank inclination", "any", flanks, [RotatedElements(89.9, s=100.0, s_load=-100.0)]),
+        _limit(
             "R_roll",
             "any",
             wheels,
             [RotatedElements(30.0, radius) for radius in (25.0, 1e12, np.inf)],
-            [refusal("R_roll = -1 mm", lambda _: RotatedElements(rolling_radius=-1.0).error())],
+            refusal("R_roll = -1 mm", lambda _: RotatedElements(rolling_radius=-1.0).error()),
+        ),
+        _limit(
+            "modulus ratio",
+            "1e-6 … 1e6",
+            ratio,
+            [replace(half, ratio=value) for value in extremes],
+            _computed("1e12", replace(half, ratio=1e12)),
         ),
     ]
 
@@ -245,15 +230,11 @@ def _at_distance(decades: float, angle: float) -> HalfSpaces:
     return HalfSpaces(x=r * float(np.cos(angle)), s=r * float(np.sin(angle)))
 
 
-def _row(
-    name: str,
-    allowed: str,
-    strategy: st.SearchStrategy[Case],
-    corners: Iterable[Case],
-    beyond: Sequence[BeyondCase],
+def _limit(
+    name: str, allowed: str, strategy: st.SearchStrategy[Case], corners: Sequence[Case], *beyond: BeyondCase
 ) -> Limit:
-    cases = list(corners)
-    reached = [lambda _: _worst(f"{len(cases)} corners", cases), lambda _: _drawn_cases(strategy)]
+    """Return a limit whose cases are corners of the range, and those that hypothesis draws."""
+    reached = [lambda _: _worst(f"{len(corners)} corners", corners), lambda _: _drawn_cases(strategy)]
     return Limit(ANALYTIC, name, allowed, reached, beyond)
 
 

@@ -5,14 +5,14 @@ forces and moments that vanish by symmetry they are shares of the largest that i
 `femic.contact.estimates`.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
-from compare.validation.extremes.cases import BeyondLimit, WithinLimit, refusal
+from compare.validation.extremes.cases import BeyondLimit, Limit, WithinLimit, refusal
 from compare.validation.extremes.engines import NO_CHANGES, Changes
 from femic.contact.estimates import Measured, Numbers
 from femic.contact.exact.hertz import LoadedPoint, PointContact, combined_modulus
@@ -117,6 +117,23 @@ class BeyondContact:
             return self.solve(scene.contact_problem, options)
 
         return refusal(self.label, solve, self.also)(options)
+
+
+Cases = Sequence[ContactCase | BeyondContact]
+
+
+def contact_limits(part: str, table: Mapping[tuple[str, str], Cases]) -> list[Limit]:
+    """Return the limits of contact without or with friction, of cases by name and range of a parameter."""
+    return [
+        Limit(
+            part,
+            name,
+            allowed,
+            [case for case in cases if isinstance(case, ContactCase)],
+            [case for case in cases if isinstance(case, BeyondContact)],
+        )
+        for (name, allowed), cases in table.items()
+    ]
 
 
 def compare(label: str, solved: ContactSolution, truth: Numbers, against: str, seconds: float) -> WithinLimit:

@@ -16,13 +16,14 @@ import numpy as np
 from compare.validation.extremes.cases import FRICTION, Limit
 from compare.validation.extremes.contacts import (
     BeyondContact,
+    Cases,
     ContactCase,
-    ContactSolution,
     Solver,
     Truth,
     base_scene,
     bumps,
     conformal,
+    contact_limits,
     crossed,
     finer,
     same_as,
@@ -46,6 +47,8 @@ LOAD = 100.0  # N, of the rollers
 STICKS, SLIDES = 1000.0, 0.3  # friction with which nothing slips; usual one
 SMALL = 1e-4  # creepage at which rollers are far from sliding
 LEAST = -0.999  # creepage that is named first, since a curve has two, and not solved
+STEPS = 6  # of a load that grows
+PRESSED = ("approach", "p_max", "sliding_share", "area")
 ROLLED = ("F_x", "F_y", "M_z", "dissipation", "sliding_share", "p_max", "approach")
 FINER = finer(*ROLLED)
 
@@ -74,229 +77,12 @@ def beyond(label: str, changes: Changes) -> BeyondContact:
     return BeyondContact(label, base_scene(changes), changes, roll)
 
 
-# --- limits ----------------------------------------------------------------------------------------------
-
-
-def limits() -> list[Limit]:
-    """Return the limits of contact with friction, with cases within and beyond them."""
-    invariances = Limit(FRICTION, "units, sides", "any", _invariances())
-    rolling = [*_of_creepages(), *_of_materials(), *_of_shapes(), *_of_elements()]
-    return [*_of_friction(), *rolling, *_of_loading_paths(), invariances]
-
-
-def _of_friction() -> list[Limit]:
-    """Return the limits of friction."""
-    return [
-        Limit(
-            FRICTION,
-            "friction",
-            "> 0 … 1000",
-            [
-                case("1e-9", rollers(friction=1e-9), NO_FRICTION),
-                case("0.3, some slips", rollers(1.5e-4), FINER),
-                case("10", rollers(friction=10.0), KALKER),
-                case("1000", rollers(friction=STICKS), KALKER),
-                case("10, conformal", _embraced(5e-4, friction=10.0), FINER),
-            ],
-            [beyond("0", rollers(friction=0.0)), beyond("1001", rollers(friction=1001.0))],
-        )
-    ]
-
-
-def _of_creepages() -> list[Limit]:
-    """Return the limits of creepages and spin."""
-    circle = {"crown": 500.0, "roller": 500.0}
-    return [
-        Limit(
-            FRICTION,
-            "creepage",
-            "-1 … 1",
-            [
-                case("1e-9", rollers(1e-9), KALKER),
-                case("0.99", rollers(0.99), SLIDING),
-                case("-0.99", rollers(-0.99), SLIDING),
-                case("0.99, conformal", _embraced(0.99), FINER),
-            ],
-            [beyond("1", rollers(1.0))],
-        ),
-        Limit(
-            FRICTION,
-            "lateral creepage",
-            "-1 … 1",
-            [
-                case("1e-4", rollers(0.0, STICKS, lateral=SMALL), KALKER),
-                case("0.99, creepage 0.5", rollers(0.5, lateral=0.99), SLIDING),
-            ],
-            [beyond("1", rollers(lateral=1.0))],
-        ),
-        Limit(
-            FRICTION,
-            "spin",
-            "-1 … 1 /mm",
-            [
-                case("1e-4 /mm", rollers(0.0, STICKS, spin=SMALL), KALKER),
-                case("1e-3 /mm, much slips", rollers(0.0, spin=1e-3), FINER),
-                case("1 /mm", rollers(0.0, spin=1.0, **circle), TURNING),
-            ],
-            [beyond("1.1 /mm", rollers(spin=1.1))],
-        ),
-    ]
-
-
-def _of_materials() -> list[Limit]:
-    """Return the limits of moduli and Poisson's ratio."""
-    unlike = [
-        case(f"{ratio:g}", rollers(1e-3, elements=12, bodies={"upper": {"E": 210e3 * ratio}}), FINER)
-        for ratio in (0.01, 100.0)
-    ]
-    like = {"lower": {"nu": 0.4999}, "upper": {"nu": 0.4999, "E": 2.1e3}}
-    stiff = {"lower": {"nu": 0.0}, "upper": {"nu": 0.0}}
-    return [
-        Limit(FRICTION, "modulus ratio", "0.01 … 100", unlike),
-        Limit(
-            FRICTION,
-            "ν",
-            "0 … 0.4999",
-            [
-                case("ν = 0", rollers(0.0, STICKS, lateral=SMALL, bodies=stiff), KALKER),
-                case("ν = 0.4999, modulus ratio 0.01", rollers(SMALL, STICKS, bodies=like), KALKER),
-            ],
-        ),
-    ]
-
-
-def _of_shapes() -> list[Limit]:
-    """Return the limits of rolling radius, conformity and aspect."""
-    short = {"crown": 1e5, "roller": 100.0}
-    return [
-        Limit(
-            FRICTION,
-            "R_roll",
-            "20 … 1e6 mm",
-            [
-                case("20 mm", rollers(friction=STICKS, load=10.0, roller=20.0), KALKER),
-                case("1e6 mm", rollers(friction=STICKS, crown=1e6, roller=1e6), KALKER),
-                case("20 mm, conformal", _embraced(2e-3, load=300.0, roller=20.0), FINER),
-            ],
-            [beyond("∞", rollers(roller=np.inf))],
-        ),
-        Limit(
-            FRICTION,
-            "R_w / R_r − 1",
-            "> 0",
-            [
-                case(f"{ratio:g}{slip}", _embraced(xi, ratio=ratio, load=10.0), FINER)
-                for ratio, slip, xi in ((1e-4, "", 2e-5), (9.0, "", 2e-5), (9.0, ", all slides", 5e-4))
-            ],
-            [beyond("0", _embraced(5e-4, ratio=0.0))],
-        ),
-        Limit(
-            FRICTION,
-            "patch aspect a/b",
-            "any",
-            [
-                case("1/68, some slips", rollers(1e-4, **short), CARTER),
-                case("1/68, nothing slips", rollers(1e-5, STICKS, **short), CARTER),
-                case("18", rollers(friction=STICKS, crown=20.0, roller=2e3), KALKER),
-            ],
-        ),
-    ]
-
-
-def _of_elements() -> list[Limit]:
-    """Return the limits of elements and patches."""
-    return [
-        Limit(
-            FRICTION,
-            "elements across",
-            "8 … 64",
-            [case(str(count), rollers(friction=STICKS, elements=count), KALKER) for count in (8, 64)],
-        ),
-        Limit(FRICTION, "patches", "1, 2, …", [_two_patches()]),
-    ]
-
-
-def _embraced(
+def embraced(
     xi: float, *, friction: float = SLIDES, ratio: float = 0.01, load: float = 1e3, **keys: Any
 ) -> Changes:
-    """Return a wheel with a groove that rolls on the arc of a rail."""
+    """Return changes of `geometry1`: a wheel with a groove that rolls on the arc of a rail."""
     bodies = {key: keys.pop(key) for key in ("flanks", "roller") if key in keys}
     return conformal(load, ratio, **bodies, **rolls(xi, friction, elements=8, **keys))
-
-
-def _two_patches() -> ContactCase:
-    """Return two equal patches side by side far apart, where nothing slips: each bears half of the forces."""
-    changes = bumps(**rolls(friction=STICKS))
-    return replace(case("2, far apart", changes, TWO_OF_KALKER), gap=two_bumps())
-
-
-def _invariances() -> list[ContactCase]:
-    """Return contacts that must be others times a factor: in other units, and mirrored."""
-    unit = 1e4
-    creeps = {"lateral": 2e-4}
-    large = rollers(
-        5e-4, load=LOAD * unit**2, crown=300.0 * unit, roller=500.0 * unit, spin=1e-4 / unit, **creeps
-    )
-    small = case("", rollers(5e-4, spin=1e-4, **creeps), FINER)
-    powers = {"F_x": 2, "F_y": 2, "M_z": 3, "dissipation": 2, "sliding_share": 0, "p_max": 0, "approach": 1}
-    in_mm = same_as("the same in mm", small, {name: unit**power for name, power in powers.items()})
-    here, there = (
-        _embraced(5e-4, ratio=0.02, flanks=flanks, shift=sign * 0.1, lateral=sign * 2e-4, spin=sign * 1e-4)
-        for flanks, sign in (([60.0, 45.0], 1), ([45.0, 60.0], -1))
-    )
-    factors = {**dict.fromkeys(ROLLED, 1.0), "F_y": -1.0, "M_z": -1.0}
-    mirrored = same_as("its mirror image", case("", there, FINER), factors)
-    return [case(f"lengths times {unit:g}", large, in_mm), case("off the crown, spin", here, mirrored)]
-
-
-# --- loading paths ---------------------------------------------------------------------------------------
-
-PRESSED = ("approach", "p_max", "sliding_share", "area")
-STEPS = 6  # of a load that grows
-
-
-def _of_loading_paths() -> list[Limit]:
-    """Return the limits of compression and of rolling from rest, with cases within and beyond them."""
-
-    def steady(solved: ContactSolution) -> dict[str, float]:
-        numbers = solved.finer()
-        return {name: numbers[name] for name in ROLLED}
-
-    alike = _pressed_on_circle(0.3, {})
-    unlike = _pressed_on_circle(STICKS, {"E": 2.1e3, "nu": 0.0})
-    from_rest: dict[str, Any] = {
-        "motion": "transient",
-        "friction": [SLIDES],
-        "creepage": 1e-3,
-        "elements": 12,
-    }
-    return [
-        Limit(
-            FRICTION,
-            "compression",
-            "friction 0 … 1000",
-            [
-                case("like bodies", alike, NO_FRICTION, compress),
-                case("modulus ratio 0.01, ν = 0, friction 1000", unlike, FULL_STICK, compress),
-                case("conformal", _compression(0.3), finer(*PRESSED, factor=2), compress),
-                case("conformal, friction 10", _compression(10.0), finer(*PRESSED, factor=2), compress),
-            ],
-        ),
-        Limit(
-            FRICTION,
-            "rolling from rest",
-            "any distance",
-            [
-                case(
-                    "three patches",
-                    crossed(LOAD, **from_rest),
-                    Truth("steady, elements 1/4", steady),
-                    roll_from_rest,
-                )
-            ],
-            [BeyondContact("1 km", "flat", crossed(LOAD, distance=1e6, **from_rest), roll_from_rest)],
-        ),
-    ]
 
 
 def _compression(friction: float) -> Changes:
@@ -316,3 +102,108 @@ def _pressed_on_circle(friction: float, upper: Changes) -> Changes:
 def _growing(load: float) -> list[float]:
     """Return loads at which the radius of a contact of Hertz grows in equal steps."""
     return [load * ((number + 1) / STEPS) ** 3 for number in range(STEPS)]
+
+
+def _invariances() -> list[ContactCase]:
+    """Return contacts that must be others times a factor: in other units, and mirrored."""
+    unit = 1e4
+    creeps = {"lateral": 2e-4}
+    large = rollers(
+        5e-4, load=LOAD * unit**2, crown=300.0 * unit, roller=500.0 * unit, spin=1e-4 / unit, **creeps
+    )
+    small = case("", rollers(5e-4, spin=1e-4, **creeps), FINER)
+    powers = {"F_x": 2, "F_y": 2, "M_z": 3, "dissipation": 2, "sliding_share": 0, "p_max": 0, "approach": 1}
+    in_mm = same_as("the same in mm", small, {name: unit**power for name, power in powers.items()})
+    here, there = (
+        embraced(5e-4, ratio=0.02, flanks=flanks, shift=sign * 0.1, lateral=sign * 2e-4, spin=sign * 1e-4)
+        for flanks, sign in (([60.0, 45.0], 1), ([45.0, 60.0], -1))
+    )
+    factors = {**dict.fromkeys(ROLLED, 1.0), "F_y": -1.0, "M_z": -1.0}
+    mirrored = same_as("its mirror image", case("", there, FINER), factors)
+    return [case(f"lengths times {unit:g}", large, in_mm), case("off the crown, spin", here, mirrored)]
+
+
+# --- limits ----------------------------------------------------------------------------------------------
+
+
+def limits() -> list[Limit]:
+    """Return the limits of contact with friction, with cases within and beyond them."""
+    circle, short = {"crown": 500.0, "roller": 500.0}, {"crown": 1e5, "roller": 100.0}
+    stiff = {"lower": {"nu": 0.0}, "upper": {"nu": 0.0}}
+    alike = {"lower": {"nu": 0.4999}, "upper": {"nu": 0.4999, "E": 2.1e3}}
+    unlike = _pressed_on_circle(STICKS, {"E": 2.1e3, "nu": 0.0})
+    from_rest: Changes = {"motion": "transient", "friction": [SLIDES], "creepage": 1e-3, "elements": 12}
+    steady = Truth("steady, elements 1/4", FINER.numbers)
+    table: dict[tuple[str, str], Cases] = {
+        ("friction", "> 0 … 1000"): [
+            case("1e-9", rollers(friction=1e-9), NO_FRICTION),
+            case("0.3, some slips", rollers(1.5e-4), FINER),
+            case("10", rollers(friction=10.0), KALKER),
+            case("1000", rollers(friction=STICKS), KALKER),
+            case("10, conformal", embraced(5e-4, friction=10.0), FINER),
+            beyond("0", rollers(friction=0.0)),
+            beyond("1001", rollers(friction=1001.0)),
+        ],
+        ("creepage", "-1 … 1"): [
+            case("1e-9", rollers(1e-9), KALKER),
+            case("0.99", rollers(0.99), SLIDING),
+            case("-0.99", rollers(-0.99), SLIDING),
+            case("0.99, conformal", embraced(0.99), FINER),
+            beyond("1", rollers(1.0)),
+        ],
+        ("lateral creepage", "-1 … 1"): [
+            case("1e-4", rollers(0.0, STICKS, lateral=SMALL), KALKER),
+            case("0.99, creepage 0.5", rollers(0.5, lateral=0.99), SLIDING),
+            beyond("1", rollers(lateral=1.0)),
+        ],
+        ("spin", "-1 … 1 /mm"): [
+            case("1e-4 /mm", rollers(0.0, STICKS, spin=SMALL), KALKER),
+            case("1e-3 /mm, much slips", rollers(0.0, spin=1e-3), FINER),
+            case("1 /mm", rollers(0.0, spin=1.0, **circle), TURNING),
+            beyond("1.1 /mm", rollers(spin=1.1)),
+        ],
+        ("modulus ratio", "0.01 … 100"): [
+            case(f"{ratio:g}", rollers(1e-3, elements=12, bodies={"upper": {"E": 210e3 * ratio}}), FINER)
+            for ratio in (0.01, 100.0)
+        ],
+        ("ν", "0 … 0.4999"): [
+            case("ν = 0", rollers(0.0, STICKS, lateral=SMALL, bodies=stiff), KALKER),
+            case("ν = 0.4999, modulus ratio 0.01", rollers(SMALL, STICKS, bodies=alike), KALKER),
+        ],
+        ("R_roll", "20 … 1e6 mm"): [
+            case("20 mm", rollers(friction=STICKS, load=10.0, roller=20.0), KALKER),
+            case("1e6 mm", rollers(friction=STICKS, crown=1e6, roller=1e6), KALKER),
+            case("20 mm, conformal", embraced(2e-3, load=300.0, roller=20.0), FINER),
+            beyond("∞", rollers(roller=np.inf)),
+        ],
+        ("R_w / R_r − 1", "> 0"): [
+            case("0.0001", embraced(2e-5, ratio=1e-4, load=10.0), FINER),
+            case("9", embraced(2e-5, ratio=9.0, load=10.0), FINER),
+            case("9, all slides", embraced(5e-4, ratio=9.0, load=10.0), FINER),
+            beyond("0", embraced(5e-4, ratio=0.0)),
+        ],
+        ("patch aspect a/b", "any"): [
+            case("1/68, some slips", rollers(1e-4, **short), CARTER),
+            case("1/68, nothing slips", rollers(1e-5, STICKS, **short), CARTER),
+            case("18", rollers(friction=STICKS, crown=20.0, roller=2e3), KALKER),
+        ],
+        ("elements across", "8 … 64"): [
+            case(str(count), rollers(friction=STICKS, elements=count), KALKER) for count in (8, 64)
+        ],
+        # side by side, where nothing slips: each bears half of the forces
+        ("patches", "1, 2, …"): [
+            replace(case("2, far apart", bumps(**rolls(friction=STICKS)), TWO_OF_KALKER), gap=two_bumps())
+        ],
+        ("compression", "friction 0 … 1000"): [
+            case("like bodies", _pressed_on_circle(0.3, {}), NO_FRICTION, compress),
+            case("modulus ratio 0.01, ν = 0, friction 1000", unlike, FULL_STICK, compress),
+            case("conformal", _compression(0.3), finer(*PRESSED, factor=2), compress),
+            case("conformal, friction 10", _compression(10.0), finer(*PRESSED, factor=2), compress),
+        ],
+        ("rolling from rest", "any distance"): [
+            case("three patches", crossed(LOAD, **from_rest), steady, roll_from_rest),
+            BeyondContact("1 km", "flat", crossed(LOAD, distance=1e6, **from_rest), roll_from_rest),
+        ],
+        ("units, sides", "any"): _invariances(),
+    }
+    return contact_limits(FRICTION, table)

@@ -6,12 +6,14 @@ numbers that it has of a contact of rollers; similar bodies unless it says other
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import wraps
 from typing import Any
 
 import numpy as np
 
 from compare.validation.extremes.contacts import (
     ContactSolution,
+    Solver,
     Truth,
     error_scales,
     hertz_bump,
@@ -31,7 +33,6 @@ from femic.contact.motions.transient import estimate_path, solve_path
 from femic.contact.pairs.pair_with_friction import PairWithFriction, on_larger_elements
 from femic.contact.pairs.quantities import Quantity, kinds
 from femic.contact.specification import ContactProblem, FrictionSpecification
-from femic.reference.run_options import RunOptions
 
 # --- closed forms ---------------------------------------------------------------------------------------
 
@@ -130,41 +131,54 @@ NO_FRICTION, FULL_STICK = Truth("no friction", without_friction), Truth("full st
 # --- solutions ------------------------------------------------------------------------------------------
 
 
-def roll(problem: ContactProblem, options: RunOptions) -> ContactSolution:
-    """Solve steady rolling at the last creepage of a problem, with its only ICs and friction."""
-
-    def solve(pair: PairWithFriction) -> ContactSolution:
-        fine = _frictional(pair)
-        known = _roll_steadily(pair, fine)
-        larger = on_larger_elements(
-            pair, fine, pair.problem.name, lambda pair, problem, *_: _roll_steadily(pair, problem)
-        )
-        estimates = errors(kinds(OF_ROLLING), known, larger)
-        return _solution(pair, known, estimates, OF_ROLLING, _steady_numbers)
-
-    return solve_with_friction(problem, solve, options)
+Solution = tuple[Measured, Numbers, Callable[[PairWithFriction], Numbers]]
+"""The numbers of a contact, their estimates, and what solves the same contact on another grid."""
 
 
-def roll_from_rest(problem: ContactProblem, options: RunOptions) -> ContactSolution:
+def with_friction(
+    quantities: Mapping[str, Quantity],
+) -> Callable[[Callable[[PairWithFriction, FrictionalProblem], Solution]], Solver]:
+    """Make what solves a pair with its only ICs and friction solve a problem."""
+
+    def decorate(find: Callable[[PairWithFriction, FrictionalProblem], Solution]) -> Solver:
+        def solve(pair: PairWithFriction) -> ContactSolution:
+            known, estimates, numbers = find(pair, _frictional(pair))
+            return ContactSolution(
+                pair.problem,
+                pair.on_grid,
+                known.numbers,
+                estimates,
+                error_scales(known, quantities),
+                lambda grid: numbers(replace(pair, on_grid=replace(pair.on_grid, grid=grid))),
+                pair.options,
+            )
+
+        return wraps(find)(lambda problem, options: solve_with_friction(problem, solve, options))
+
+    return decorate
+
+
+@with_friction(OF_ROLLING)
+def roll(pair: PairWithFriction, contact: FrictionalProblem) -> Solution:
+    """Solve steady rolling at the last creepage."""
+    known = _roll_steadily(pair, contact)
+    larger = on_larger_elements(
+        pair, contact, pair.problem.name, lambda pair, problem, *_: _roll_steadily(pair, problem)
+    )
+    return known, errors(kinds(OF_ROLLING), known, larger), _steady_numbers
+
+
+@with_friction(OF_ROLLING)
+def roll_from_rest(pair: PairWithFriction, contact: FrictionalProblem) -> Solution:
     """Solve rolling from rest, and return the numbers at its end; on other grids those of steady rolling."""
-
-    def solve(pair: PairWithFriction) -> ContactSolution:
-        contact, label, asked = _frictional(pair), pair.problem.name, pair.specification
-        path = solve_path(pair, contact, label)
-        estimates, _ = estimate_path(pair, contact, label, path)
-        steady = replace(asked, longitudinal=(-1.0, asked.creepage))
-        return _solution(
-            pair,
-            path.steps[-1],
-            estimates[-1],
-            OF_ROLLING,
-            lambda other: _steady_numbers(_with(other, friction=steady)),
-        )
-
-    return solve_with_friction(problem, solve, options)
+    path = solve_path(pair, contact, pair.problem.name)
+    estimates, _ = estimate_path(pair, contact, pair.problem.name, path)
+    steady = replace(pair.specification, longitudinal=(-1.0, pair.specification.creepage))
+    return path.steps[-1], estimates[-1], lambda other: _steady_numbers(_with(other, friction=steady))
 
 
-def compress(problem: ContactProblem, options: RunOptions) -> ContactSolution:
+@with_friction(OF_COMPRESSION)
+def compress(pair: PairWithFriction, contact: FrictionalProblem) -> Solution:
     """Solve a compression, and return the numbers under the last load.
 
     On other grids the steps of the load are half as large.
@@ -174,32 +188,8 @@ def compress(problem: ContactProblem, options: RunOptions) -> ContactSolution:
         slower = _with(pair, loads=tuple(in_halves(pair.loads)))
         return in_steps(slower, _frictional(slower), "finer")[0][-1].numbers
 
-    def solve(pair: PairWithFriction) -> ContactSolution:
-        contact, label = _frictional(pair), pair.problem.name
-        steps, _ = in_steps(pair, contact, label)
-        estimates = estimate_steps(pair, contact, label, steps)
-        return _solution(pair, steps[-1], estimates[-1], OF_COMPRESSION, numbers)
-
-    return solve_with_friction(problem, solve, options)
-
-
-def _solution(
-    pair: PairWithFriction,
-    known: Measured,
-    estimates: Numbers,
-    quantities: Mapping[str, Quantity],
-    numbers: Callable[[PairWithFriction], Numbers],
-) -> ContactSolution:
-    """Return a solution; `numbers` are those of the pair on another grid."""
-    return ContactSolution(
-        pair.problem,
-        pair.on_grid,
-        known.numbers,
-        estimates,
-        error_scales(known, quantities),
-        lambda grid: numbers(replace(pair, on_grid=replace(pair.on_grid, grid=grid))),
-        pair.options,
-    )
+    steps, _ = in_steps(pair, contact, pair.problem.name)
+    return steps[-1], estimate_steps(pair, contact, pair.problem.name, steps)[-1], numbers
 
 
 def _roll_steadily(pair: PairWithFriction, problem: FrictionalProblem) -> Measured:

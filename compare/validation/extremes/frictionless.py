@@ -8,12 +8,14 @@ from compare.validation.extremes.cases import CONTACT, Limit
 from compare.validation.extremes.contacts import (
     APART,
     BeyondContact,
+    Cases,
     ContactCase,
     ContactSolution,
     Truth,
     base_scene,
     bumps,
     conformal,
+    contact_limits,
     crossed,
     error_scales,
     finer,
@@ -51,112 +53,65 @@ def press(problem: ContactProblem, options: RunOptions) -> ContactSolution:
 
 def limits() -> list[Limit]:
     """Return the limits of contact without friction, with cases within and beyond them."""
-    patches = Limit(CONTACT, "patches", "1, 2, …", _of_many_patches())
-    invariances = Limit(CONTACT, "units, sides, names", "any", _invariances())
-    return [*_of_loads_and_materials(), *_of_shapes(), *_of_elements(), patches, invariances]
-
-
-def _of_loads_and_materials() -> list[Limit]:
-    """Return the limits of loads, moduli and Poisson's ratio."""
-    tall = {"contact": {"ics": ["Bhat"]}}
-    loads = [
-        against_hertz("1e-3 N", crossed(1e-3)),
-        against_hertz("1e5 N", crossed(1e5)),
-        against_hertz("tall, 1e-3 N", {"contact": {"loads": [1e-3], "ics": ["Bhat"]}}, base="tall"),
-        against_finer("tall, 310 kN", {"contact": {"loads": [310e3], **tall["contact"]}}, base="tall"),
-    ]
-    moduli = [
-        against_hertz(f"{ratio:g}", crossed(100.0, bodies={"upper": {"E": 210e3 * ratio}}))
-        for ratio in (0.01, 100.0)
-    ]
-    soft = conformal(20.0, 0.01, bodies={"upper": {"E": 2100.0}})
-    nu = [against_hertz(f"ν = {nu:g}", crossed(100.0, bodies=_both({"nu": nu}))) for nu in (0.0, 0.4999)]
     nearly = conformal(1e3, 0.01, bodies=_both({"nu": 0.4999}))
-    return [
-        Limit(
-            CONTACT,
-            "load",
-            "1e-3 N … the end of a contour",
-            loads,
-            [
-                _leaves("tall, 1e7 N", {"contact": {"loads": [1e7], **tall["contact"]}}, base="tall"),
-                _beyond("tall, 1e8 N", {"contact": {"loads": [1e8], **tall["contact"]}}, base="tall"),
-                _beyond("-1 N", crossed(-1.0)),
-                _beyond("1e16 N", crossed(1e16)),
-            ],
-        ),
-        Limit(
-            CONTACT,
-            "modulus ratio",
-            "0.01 … 100",
-            [*moduli, against_finer("0.01, conformal", soft)],
-            [_beyond("E = 0", crossed(100.0, bodies={"upper": {"E": 0.0}}))],
-        ),
-        Limit(
-            CONTACT,
-            "ν",
-            "0 … 0.4999",
-            [*nu, against_finer("ν = 0.4999, conformal", nearly), with_c("ν = 0.4999, C", nearly)],
-            [_beyond("ν = 0.49995", crossed(100.0, bodies=_both({"nu": 0.49995})))],
-        ),
-    ]
-
-
-def _of_shapes() -> list[Limit]:
-    """Return the limits of rolling radius, conformity and aspect of the patch."""
-    small = conformal(300.0, 0.01, roller=20.0)
-    return [
-        Limit(
-            CONTACT,
-            "R_roll",
-            "20 … 1e6 mm",
-            [
-                against_hertz("20 mm", crossed(10.0, roller=20.0)),
-                against_finer("20 mm, conformal", small),
-                against_hertz("1e6 mm", crossed(10.0, crown=1e6, roller=1e6)),
-            ],
-            [_beyond("19 mm", crossed(10.0, roller=19.0)), _beyond("∞", crossed(10.0, roller=np.inf))],
-        ),
-        Limit(
-            CONTACT,
-            "R_w / R_r − 1",
-            "> 0",
-            [
-                *(against_finer(f"{ratio:g}", conformal(10.0, ratio)) for ratio in (1e-4, 1e-3, 9.0)),
-                with_c("0.001, C", conformal(10.0, 1e-3)),
-            ],
-            [_beyond("0", conformal(10.0, 0.0)), _leaves("-0.01", conformal(10.0, -0.01))],
-        ),
-        Limit(
-            CONTACT,
-            "patch aspect a/b",
-            "any",
-            [
-                against_hertz("1/46", crossed(10.0, crown=1e4, roller=20.0)),
-                against_hertz("46", crossed(10.0, crown=20.0, roller=1e4)),
-            ],
-        ),
-    ]
-
-
-def _of_elements() -> list[Limit]:
-    """Return the limits of numbers and shapes of elements."""
-    return [
-        Limit(
-            CONTACT,
-            "elements across",
-            "8 … 64",
-            [against_hertz(str(count), crossed(100.0, elements=count)) for count in (8, 64)],
-            [_beyond(str(count), crossed(100.0, elements=count)) for count in (7, 65)],
-        ),
-        Limit(
-            CONTACT,
-            "element aspect dx/ds",
-            "0.01 … 100",
-            [against_hertz(f"{aspect:g}", _elements(aspect)) for aspect in (0.05, 20.0)],
-            [_beyond("200", _elements(200.0))],
-        ),
-    ]
+    table: dict[tuple[str, str], Cases] = {
+        ("load", "1e-3 N … the end of a contour"): [
+            against_hertz("1e-3 N", crossed(1e-3)),
+            against_hertz("1e5 N", crossed(1e5)),
+            against_hertz("tall, 1e-3 N", _tall(1e-3), base="tall"),
+            against_finer("tall, 310 kN", _tall(310e3), base="tall"),
+            _leaves("tall, 1e7 N", _tall(1e7), base="tall"),
+            _beyond("tall, 1e8 N", _tall(1e8), base="tall"),
+            _beyond("-1 N", crossed(-1.0)),
+            _beyond("1e16 N", crossed(1e16)),
+        ],
+        ("modulus ratio", "0.01 … 100"): [
+            against_hertz("0.01", crossed(100.0, bodies={"upper": {"E": 2.1e3}})),
+            against_hertz("100", crossed(100.0, bodies={"upper": {"E": 2.1e7}})),
+            against_finer("0.01, conformal", conformal(20.0, 0.01, bodies={"upper": {"E": 2.1e3}})),
+            _beyond("E = 0", crossed(100.0, bodies={"upper": {"E": 0.0}})),
+        ],
+        ("ν", "0 … 0.4999"): [
+            against_hertz("ν = 0", crossed(100.0, bodies=_both({"nu": 0.0}))),
+            against_hertz("ν = 0.4999", crossed(100.0, bodies=_both({"nu": 0.4999}))),
+            against_finer("ν = 0.4999, conformal", nearly),
+            with_c("ν = 0.4999, C", nearly),
+            _beyond("ν = 0.49995", crossed(100.0, bodies=_both({"nu": 0.49995}))),
+        ],
+        ("R_roll", "20 … 1e6 mm"): [
+            against_hertz("20 mm", crossed(10.0, roller=20.0)),
+            against_finer("20 mm, conformal", conformal(300.0, 0.01, roller=20.0)),
+            against_hertz("1e6 mm", crossed(10.0, crown=1e6, roller=1e6)),
+            _beyond("19 mm", crossed(10.0, roller=19.0)),
+            _beyond("∞", crossed(10.0, roller=np.inf)),
+        ],
+        ("R_w / R_r − 1", "> 0"): [
+            *(against_finer(f"{ratio:g}", conformal(10.0, ratio)) for ratio in (1e-4, 1e-3, 9.0)),
+            with_c("0.001, C", conformal(10.0, 1e-3)),
+            _beyond("0", conformal(10.0, 0.0)),
+            _leaves("-0.01", conformal(10.0, -0.01)),
+        ],
+        ("patch aspect a/b", "any"): [
+            against_hertz("1/46", crossed(10.0, crown=1e4, roller=20.0)),
+            against_hertz("46", crossed(10.0, crown=20.0, roller=1e4)),
+        ],
+        ("elements across", "8 … 64"): [
+            *(against_hertz(str(count), crossed(100.0, elements=count)) for count in (8, 64)),
+            *(_beyond(str(count), crossed(100.0, elements=count)) for count in (7, 65)),
+        ],
+        ("element aspect dx/ds", "0.01 … 100"): [
+            *(against_hertz(f"{aspect:g}", _elements(aspect)) for aspect in (0.05, 20.0)),
+            _beyond("200", _elements(200.0)),
+        ],
+        ("patches", "1, 2, …"): [
+            _two_patches("2, far apart, on a given grid"),
+            _two_patches("2, far apart, on an automatic grid", automatic=True),
+            _on_waves("waves of 6 µm under a groove", 3e-3),
+            _on_waves("waves of 2 µm under a groove", 1e-3),
+        ],
+        ("units, sides, names", "any"): _invariances(),
+    }
+    return contact_limits(CONTACT, table)
 
 
 def against_hertz(label: str, changes: Changes, base: str = "flat") -> ContactCase:
@@ -197,6 +152,10 @@ def _leaves(label: str, changes: Changes, base: str = "") -> BeyondContact:
     return replace(_beyond(label, changes, base), also=(PotentialAreaTooSmall,))
 
 
+def _tall(load: float) -> Changes:
+    return {"contact": {"loads": [load], "ics": ["Bhat"]}}
+
+
 def _both(changes: Changes) -> dict[str, Changes]:
     """Return the same changes of both bodies."""
     return {"lower": changes, "upper": changes}
@@ -213,16 +172,6 @@ def _elements(aspect: float) -> Changes:
     dx, ds = (longer, shorter) if aspect > 1 else (shorter, longer)
     n_x, n_s = (min(8 * round(room * size / step / 8), 512) for step in (dx, ds))
     return {**changes, "rotation_reach": 5.0, "grid": {"n_x": n_x, "n_s": n_s, "dx": dx, "ds": ds}}
-
-
-def _of_many_patches() -> list[ContactCase]:
-    """Return contacts of several patches."""
-    return [
-        _two_patches("2, far apart, on a given grid"),
-        _two_patches("2, far apart, on an automatic grid", automatic=True),
-        _on_waves("waves of 6 µm under a groove", 3e-3),
-        _on_waves("waves of 2 µm under a groove", 1e-3),
-    ]
 
 
 def _two_patches(label: str, *, automatic: bool = False) -> ContactCase:

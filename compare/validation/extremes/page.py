@@ -131,8 +131,8 @@ def _panels(rows: Sequence[Entry]) -> list[Panel]:
     """
     looks = dict(zip(dict.fromkeys(row["parameter"] for row in rows), cycle(LOOKS), strict=False))
     panels = []
-    for of_contact in (False, True):
-        group = [row for row in rows if (row["engine"] in (CONTACT, FRICTION)) == of_contact]
+    for are_contacts in (False, True):
+        group = [row for row in rows if (row["engine"] in (CONTACT, FRICTION)) == are_contacts]
         kinds = dict(zip(_by_part(group), ("filled", "open"), strict=False))
         curves = []
         for row in group:
@@ -148,6 +148,9 @@ def _panels(rows: Sequence[Entry]) -> list[Panel]:
     return panels
 
 
+SHARES = number_heads("error", "estimate", "error over estimate", unit="1")
+
+
 def _limits_table(rows: Sequence[Entry]) -> Table:
     """Return the range of each parameter of each part, with the worst of its cases."""
     table_rows = [
@@ -155,11 +158,7 @@ def _limits_table(rows: Sequence[Entry]) -> Table:
         for part, limits in _by_part(rows).items()
         for position, limit in enumerate(limits)
     ]
-    columns = [
-        *texts("parameter", "range"),
-        *number_heads("error", "estimate", "error over estimate", unit="1"),
-    ]
-    return Table("part", columns, table_rows)
+    return Table("part", [*texts("parameter", "range"), *SHARES], table_rows)
 
 
 def _beyond_table(rows: Sequence[Entry]) -> Table:
@@ -176,12 +175,6 @@ def _beyond_table(rows: Sequence[Entry]) -> Table:
 
 def _cases_table(limits: Sequence[Entry]) -> Table:
     """Return all cases within the limits of a part."""
-    columns = [
-        *texts("case"),
-        *number_heads("error", "estimate", "error over estimate", unit="1"),
-        *texts("against"),
-        Column("time", "s"),
-    ]
     rows = []
     for limit in limits:
         for position, case in enumerate(limit["reached"]):
@@ -189,4 +182,5 @@ def _cases_table(limits: Sequence[Entry]) -> Table:
             time = Cell(case["seconds"], ".2g")
             cells = [f"{case['at']}{note}", *_worst([case]), case["exact"], time]
             rows.append(Row("" if position else f"{limit['parameter']}, {limit['range']}", cells))
+    columns = [*texts("case"), *SHARES, *texts("against"), Column("time", "s")]
     return Table("parameter", columns, rows)

@@ -18,7 +18,7 @@ import numpy as np
 from approx.pair import Pair, matrix
 from compare.report.charts import Panel, make_curves
 from compare.report.looks import ics_symbol
-from compare.validation.statements.frame import Measure, Statement, below
+from compare.validation.statements.frame import Measure, Statement, Values, below
 from compare.validation.statements.friction_contacts import rolling_pair
 from compare.validation.statements.runs import Runs, solved_once
 from femic.contact.friction.motion import Creepages, Shift
@@ -154,25 +154,22 @@ def dense_and_fast(runs: Runs) -> Mapping[str, TwoContacts]:
     return contacts
 
 
-def stick_details(runs: Runs) -> Mapping[str, float]:
+def _stick_details(runs: Runs) -> Values:
     """Return by how many elements the stick zones differ."""
-    return {
-        f"elements that stick with one operator only: {case}": float(
-            np.count_nonzero(two.after.stick != two.before.stick)
-        )
-        for case, two in dense_and_fast(runs).items()
-    }
+    apart = {case: two.after.stick != two.before.stick for case, two in dense_and_fast(runs).items()}
+    label = "elements that stick with one operator only"
+    return {f"{label}: {case}": float(np.count_nonzero(some)) for case, some in apart.items()}
 
 
-def across_panels(
+def _across_panels(
     runs: Runs, contacts: Mapping[str, TwoContacts], labels: Mapping[str, str], directions: Mapping[int, str]
 ) -> Iterator[Panel]:
-    """Return tractions across the middle of the patch of both contacts, under their labels."""
+    """Yield tractions across the middle of the patch of both contacts, under their labels."""
     strips = rolling_pair(runs).on_grid.grid.strips
     for case, two in contacts.items():
         row = len(two.before.p) // 2
         for direction, label in directions.items():
-            both = {label: getattr(two, which).p[row, :, direction] for label, which in labels.items()}
+            both = {name: getattr(two, which).p[row, :, direction] for name, which in labels.items()}
             curves = make_curves(strips, both)
             yield Panel(case, "s [mm]", f"{label} in the middle along x [MPa]", curves)
 
@@ -180,7 +177,9 @@ def across_panels(
 def _dense_panels(runs: Runs) -> Iterator[Panel]:
     rolling = (f"{ics_symbol(name)}, rolling" for name in ("Bhat", C))
     contacts = {case: dense_and_fast(runs)[case] for case in rolling}
-    return across_panels(runs, contacts, {"fast": "after", "dense": "before"}, {X: "p_x", S: "p_s", N: "p_n"})
+    return _across_panels(
+        runs, contacts, {"fast": "after", "dense": "before"}, {X: "p_x", S: "p_s", N: "p_n"}
+    )
 
 
 # --- 45: rigid motions ----------------------------------------------------------------------------------
@@ -264,7 +263,7 @@ def change(number: str, contacts: Callable[[Runs], Mapping[str, TwoContacts]] = 
     return lambda runs: {case: getattr(two, number) for case, two in contacts(runs).items()}
 
 
-def inadmissible_details(runs: Runs) -> Mapping[str, float]:
+def _inadmissible_details(runs: Runs) -> Values:
     """Return what motions change that are not admissible: they change the gap, or the step of shift."""
     return {
         f"{case} (not admissible): {number}": getattr(two, number)
@@ -275,7 +274,7 @@ def inadmissible_details(runs: Runs) -> Mapping[str, float]:
 
 def _motion_panels(runs: Runs) -> Iterator[Panel]:
     contacts = {case: two for case, two in admissible(runs).items() if "rolling, along z" in case}
-    return across_panels(runs, contacts, {"before": "before", "after": "after"}, {N: "p_n", X: "p_x"})
+    return _across_panels(runs, contacts, {"before": "before", "after": "after"}, {N: "p_n", X: "p_x"})
 
 
 STATEMENTS = (
@@ -283,40 +282,31 @@ STATEMENTS = (
         42,
         "Contact by fast operators is contact by dense matrices.",
         (
-            below(
-                SAME,
-                "tractions",
-                "largest difference of a traction over the largest pressure",
-                change("tractions", dense_and_fast),
+            below(SAME, "tractions", "largest difference of a traction over the largest pressure")(
+                change("tractions", dense_and_fast)
             ),
-            below(
-                SAME, "approach", "relative difference of the approach", change("approach", dense_and_fast)
+            below(SAME, "approach", "relative difference of the approach")(
+                change("approach", dense_and_fast)
             ),
         ),
         _dense_panels,
-        stick_details,
+        _stick_details,
         columns=3,
     ),
     Statement(
         45,
         "Contact at a given load does not depend on rigid motions that are added to the ICs.",
         (
-            below(
-                UNCHANGED,
-                "tractions",
-                "largest change of a traction over the largest pressure",
-                change("tractions"),
+            below(UNCHANGED, "tractions", "largest change of a traction over the largest pressure")(
+                change("tractions")
             ),
-            below(UNCHANGED, "forces", "largest change of a force over the load", change("forces")),
-            below(UNCHANGED, "patch", "relative change of the contact area", change("area")),
-            below(
-                EXACTLY,
-                "approach",
-                "change of the approach less the motion, over the approach",
-                change("approach"),
+            below(UNCHANGED, "forces", "largest change of a force over the load")(change("forces")),
+            below(UNCHANGED, "patch", "relative change of the contact area")(change("area")),
+            below(EXACTLY, "approach", "change of the approach less the motion, over the approach")(
+                change("approach")
             ),
         ),
         _motion_panels,
-        inadmissible_details,
+        _inadmissible_details,
     ),
 )

@@ -129,31 +129,15 @@ _CHANGES = (  # the verdict with the old criterion is empty if there was none
         "four estimates together were larger than the errors: a and b could not be missed",
     ),
     (
-        {
-            29: "depends",
-            30: "depends",
-            34: "reproduced",
-            35: "depends",
-            36: "depends",
-            37: "depends",
-            39: "depends",
-            40: "reproduced",
-            41: "",
-        },
+        {29: "depends", 30: "depends", 34: "reproduced", 35: "depends"}
+        | {36: "depends", 37: "depends", 39: "depends", 40: "reproduced", 41: ""},
         "whatever is known of the number",
         "cases within what it is known to do not count",
         "ratios of small errors were decided by those of elements and C",
     ),
     (
-        {
-            34: "not decided",
-            35: "depends",
-            36: "depends",
-            37: "depends",
-            39: "not decided",
-            40: "not decided",
-            41: "not decided",
-        },
+        {34: "not decided", 35: "depends", 36: "depends", 37: "depends"}
+        | dict.fromkeys((39, 40, 41), "not decided"),
         "distances from C known to the sum of the estimates of both contacts",
         "to what they change by on elements twice as large and with changed C; sliding to the sum",
         "elements err alike in both contacts: the sum left open what the difference decides",

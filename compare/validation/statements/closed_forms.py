@@ -8,14 +8,14 @@ a force along x it rolls on that circle: omega r = V, thus xi = R / r - 1. Its r
 sin(delta) about the normal: a spin sin(delta) / r, whose forces are Kalker's where nothing slips.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from approx.pair import Pair, Solid
 from compare.report.charts import Panel, make_curves
-from compare.validation.statements.frame import Statement, below
+from compare.validation.statements.frame import Statement, Values, below
 from compare.validation.statements.runs import Runs, solved_once
 from compare.validation.study import kalker_coefficients
 from femic.contact.exact.friction import ShiftedPoint, TractiveRolling
@@ -55,8 +55,9 @@ SLOPES = (1 / 20, -1 / 20)  # of cones, positive where they fall towards +y
 REACH = 0.3  # inclination [rad] to which the rail is an arc
 ELEMENTS, ROOM = (40, 36), 1.4  # of a grid along x and s; its sides over the axes of the ellipse
 
-ON_CIRCLE = 0.002  # of the free creepage: the rail's inclination varies over a patch, a b / (RAIL RADIUS xi)
-OF_SPIN = 0.02  # of forces of a spin: elements of a fortieth of the patch
+# of the free creepage: the rail's inclination varies over a patch, by a b / (RAIL RADIUS xi)
+CIRCLE_TOLERANCE = 0.002
+SPIN_TOLERANCE = 0.02  # of forces of a spin: elements of a fortieth of the patch
 
 
 @dataclass(frozen=True)
@@ -93,16 +94,21 @@ class Cone:
         return kalker_coefficients(self.ellipse, STEEL.nu).forces(STEEL.G, 0.0, 0.0, spin)
 
 
+def grid_over(ellipse: LoadedPoint, s: float = 0.0) -> Grid:
+    """Return a grid about an ellipse whose middle has the arc length s [mm]."""
+    n_x, n_s = ELEMENTS
+    return Grid(n_x, n_s, ROOM * 2 * ellipse.a / n_x, ROOM * 2 * ellipse.b / n_s, s)
+
+
 def on_grid(cone: Cone) -> PairOnGrid:
     """Return the cone and the rail as half-spaces, on a grid about the ellipse."""
-    y = np.linspace(-100.0, 100.0, 5)
+    y, reach = np.linspace(-100.0, 100.0, 5), REACH * RAIL
     wheel = Surface(UPPER, through_points(y, -np.tan(cone.delta) * y), RADIUS)
     rail = Surface(LOWER, arc(RAIL, REACH, REACH))
-    (n_x, n_s), ellipse = ELEMENTS, cone.ellipse
-    grid = Grid(n_x, n_s, ROOM * 2 * ellipse.a / n_x, ROOM * 2 * ellipse.b / n_s, cone.s)
-    reach = REACH * RAIL
     undeformed = Undeformed(wheel, rail, (-reach, reach), SHIFT)
-    return PairOnGrid(Pair(Solid(STEEL, wheel), Solid(STEEL, rail)), undeformed, grid)
+    return PairOnGrid(
+        Pair(Solid(STEEL, wheel), Solid(STEEL, rail)), undeformed, grid_over(cone.ellipse, cone.s)
+    )
 
 
 @solved_once("cones")
@@ -119,16 +125,24 @@ def rolling_cones(_: Runs) -> Mapping[str, tuple[Cone, RollingContact]]:
     return contacts
 
 
-def circle_errors(runs: Runs) -> Mapping[str, float]:
-    """Return errors of the free creepage over R / r - 1."""
+@below(
+    CIRCLE_TOLERANCE,
+    "circles",
+    "free cones: relative error of the creepage R / r - 1 of the circle that rolls",
+)
+def _circles(runs: Runs) -> Values:
     return {
         name: float(abs(contact.creepages.longitudinal / cone.free - 1))
         for name, (cone, contact) in rolling_cones(runs).items()
     }
 
 
-def spin_errors(runs: Runs) -> Mapping[str, float]:
-    """Return errors of F_s and M_n of the cone's spin over the larger one of Kalker's."""
+@below(
+    SPIN_TOLERANCE,
+    "spin of cones",
+    "free cones: error of F_s, M_n of their spin sin(δ) / r over the larger one",
+)
+def _spin_of_cones(runs: Runs) -> Values:
     errors: dict[str, float] = {}
     for name, (cone, contact) in rolling_cones(runs).items():
         pair, p = on_grid(cone), contact.contact.p
@@ -142,21 +156,18 @@ def spin_errors(runs: Runs) -> Mapping[str, float]:
     return errors
 
 
-# --- cylinders and an ellipse ---------------------------------------------------------------------------
+# --- Carter's cylinders ---------------------------------------------------------------------------------
 
 
-LOAD, FRICTION = 4000.0, 0.3
-POINT = PointContact(1 / 60, 1 / 25, combined_modulus(STEEL, STEEL)).at_load(LOAD)
 CYLINDERS, LINE_LOAD = LineContact(1 / 50, combined_modulus(STEEL, STEEL)), 1000.0  # N/mm
-ACROSS = 40  # elements across Carter's contact
+ACROSS = 40  # elements across the contact
 CARTERS = (0.2, 0.5, 0.8)  # creepages over that of full slip
-BARELY_SLIPS, LITTLE = 10.0, 1e-5  # friction and creepage of the linear theory
-SLIDES = 20.0  # creepages of full slip over that at which Kalker's force is friction times load
-SHIFTED = (0.3, 0.6)  # forces over friction times load of a shift
+FRICTION = 0.3
 
-OF_FORCE = 0.02  # forces and coefficients against closed forms: elements of a fortieth of the patch
-OF_TRACTION = 0.05  # mean difference of tractions over their mean: edges cut elements
+FORCE_TOLERANCE = 0.02  # forces and coefficients against closed forms: elements of a fortieth of the patch
+TRACTION_TOLERANCE = 0.05  # mean difference of tractions over their mean: edges cut elements
 EXACTLY = 1e-4  # where the closed form does not depend on elements
+
 
 # --- Carter ---------------------------------------------------------------------------------------------
 
@@ -219,54 +230,64 @@ def centres(n: int, step: float) -> Array:
     return np.asarray(step * (np.arange(n) - (n - 1) / 2), dtype=float)
 
 
+@below(FORCE_TOLERANCE, "Carter", "Carter: relative error of the force")
+def _carter_force(_: Runs) -> Values:
+    return {f"{share:g} of full slip": carter(share).force_error for share in CARTERS}
+
+
+@below(TRACTION_TOLERANCE, "Carter stick", "Carter: error of the width that sticks over that of the contact")
+def _carter_stick(_: Runs) -> Values:
+    return {f"{share:g} of full slip": carter(share).stick_error for share in CARTERS}
+
+
 # --- an ellipse -----------------------------------------------------------------------------------------
+
+
+LOAD = 4000.0  # N
+POINT = PointContact(1 / 60, 1 / 25, combined_modulus(STEEL, STEEL)).at_load(LOAD)
+BARELY_SLIPS, LITTLE = 10.0, 1e-5  # friction and creepage of the linear theory
+SLIDES = 20.0  # creepages of full slip over that at which Kalker's force is friction times load
+SHIFTED = (0.3, 0.6)  # forces over friction times load of a shift
 
 
 def ellipse(friction: float) -> FrictionalProblem:
     """Return the contact of `POINT` on half-spaces."""
-    n_x, n_s = ELEMENTS
-    grid = Grid(n_x, n_s, ROOM * 2 * POINT.a / n_x, ROOM * 2 * POINT.b / n_s)
-    x = centres(n_x, grid.dx)[:, None]
-    curved = POINT.surfaces
+    grid, curved = grid_over(POINT), POINT.surfaces
+    x = centres(grid.n_x, grid.dx)[:, None]
     distance = curved.curvature_x * x**2 / 2 + curved.curvature_s * grid.strips**2 / 2
     bodies = Pair(Solid(STEEL, Surface(UPPER, plane())), Solid(STEEL, Surface(LOWER, plane())))
     flat = half_space_operator(bodies, grid)
-    return FrictionalProblem(grid, flat, flat, distance, np.zeros(n_s), friction)
+    return FrictionalProblem(grid, flat, flat, distance, np.zeros(grid.n_s), friction)
 
 
 def rolls(friction: float, creepages: Creepages) -> tuple[FrictionalContact, RollingProblem]:
     """Return steady rolling on the ellipse, without curvature of the wheel in its kinematics."""
     problem = ellipse(friction)
-    x = centres(problem.grid.n_x, problem.grid.dx)
-    strips = problem.grid.strips
-    wheel = RollingProblem(
-        problem, RollingKinematics(plane(), np.inf, x, strips, np.zeros_like(strips)), order=2
-    )
+    x, strips = centres(problem.grid.n_x, problem.grid.dx), problem.grid.strips
+    kinematics = RollingKinematics(plane(), np.inf, x, strips, np.zeros_like(strips))
+    wheel = RollingProblem(problem, kinematics, order=2)
     return wheel.contact(creepages, Loading(LOAD)).contact, wheel
 
 
-def kalker_errors(_: Runs) -> Mapping[str, float]:
-    """Return errors of F_x, F_y, M_z at small creepages over the largest of Kalker's at this creepage."""
+@below(FORCE_TOLERANCE, "Kalker", "Kalker: error of F_x, F_y, M_z of small creepages over the largest")
+def _kalker(_: Runs) -> Values:
     length = np.sqrt(POINT.a * POINT.b)
-    exact_of = kalker_coefficients(POINT, STEEL.nu)
+    coefficients = kalker_coefficients(POINT, STEEL.nu)
     errors: dict[str, float] = {}
     for name, size in (("longitudinal", LITTLE), ("lateral", LITTLE), ("spin", LITTLE / length)):
         contact, wheel = rolls(BARELY_SLIPS, Creepages(**{name: size}))
         sizes = [size * (name == other) for other in ("longitudinal", "lateral", "spin")]
-        F_x, F_s, M_n = exact_of.forces(STEEL.G, *sizes)
+        F_x, F_s, M_n = coefficients.forces(STEEL.G, *sizes)
         exact = np.array([F_x, F_s, M_n / length])
         moment = float(np.sum(contact.p * wheel.weights["spin"])) / length
-        found = np.array([*contact.force[:2], moment])
-        apart = np.abs(found - exact) / np.max(np.abs(exact))
-        errors |= {
-            f"{name}, {label}": float(error)
-            for label, error in zip(("F_x", "F_y", "M_z"), apart, strict=True)
-        }
+        apart = np.abs([*contact.force[:2], moment] - exact) / np.max(np.abs(exact))
+        labels = zip(("F_x", "F_y", "M_z"), apart, strict=True)
+        errors |= {f"{name}, {label}": float(error) for label, error in labels}
     return errors
 
 
-def full_slip_errors(_: Runs) -> Mapping[str, float]:
-    """Return F / (friction load) - 1, signed along the force, at creepages at which all slips."""
+@below(EXACTLY, "full slip", "full slip: force along its direction over friction load, less 1")
+def _full_slip(_: Runs) -> Values:
     C11 = kalker_coefficients(POINT, STEEL.nu).C11
     saturating = float(FRICTION * LOAD / (STEEL.G * POINT.a * POINT.b * C11))  # Kalker's force is the bound
     size, errors = SLIDES * saturating, dict[str, float]()
@@ -292,16 +313,16 @@ def shifts(_: Runs) -> Mapping[str, tuple[FrictionalContact, ShiftedPoint, int]]
     return contacts
 
 
-def cattaneo_forces(runs: Runs) -> Mapping[str, float]:
-    """Return relative errors of the force by the shift."""
+@below(FORCE_TOLERANCE, "Cattaneo", "Cattaneo: relative error of the force")
+def _cattaneo_force(runs: Runs) -> Values:
     return {
         case: abs(float(contact.force[direction]) / exact.force - 1)
         for case, (contact, exact, direction) in shifts(runs).items()
     }
 
 
-def cattaneo_tractions(runs: Runs) -> Mapping[str, float]:
-    """Return mean differences of tractions over the mean of the exact ones."""
+@below(TRACTION_TOLERANCE, "Cattaneo tractions", "Cattaneo: mean difference of tractions over their mean")
+def _cattaneo_tractions(runs: Runs) -> Values:
     errors: dict[str, float] = {}
     for case, (contact, exact, direction) in shifts(runs).items():
         grid = contact.problem.grid
@@ -321,19 +342,12 @@ def _panels(runs: Runs) -> Iterator[Panel]:
         fine = np.linspace(-1.05, 1.05, 421) * solved.exact.half_width
         exact = np.interp(solved.x, fine, solved.exact.traction(fine))
         curves = make_curves(solved.x, {"closed form": exact / p_max, "femic": solved.p / p_max})
-        title = f"Carter, {share:g} of full slip"
-        yield Panel(title, "x [mm]", "p_x over friction p_max [-]", curves)
+        yield Panel(f"Carter, {share:g} of full slip", "x [mm]", "p_x over friction p_max [-]", curves)
     for case, (contact, shifted, direction) in shifts(runs).items():
         grid, row = contact.problem.grid, contact.problem.grid.n_x // 2
         traction = shifted.traction(centres(grid.n_x, grid.dx)[row], grid.strips)
         both = {"closed form": traction, "femic": contact.p[row, :, direction]}
-        curves = make_curves(grid.strips, both)
-        yield Panel(f"Cattaneo {case}", "s [mm]", "traction [MPa]", curves)
-
-
-def carter_errors(error: Callable[[CarterContact], float]) -> Mapping[str, float]:
-    """Return an error of rolling cylinders at each creepage."""
-    return {f"{share:g} of full slip": error(carter(share)) for share in CARTERS}
+        yield Panel(f"Cattaneo {case}", "s [mm]", "traction [MPa]", make_curves(grid.strips, both))
 
 
 STATEMENTS = (
@@ -341,49 +355,8 @@ STATEMENTS = (
         44,
         "Rolling and shifts are those of closed forms.",
         (
-            below(
-                OF_FORCE,
-                "Carter",
-                "Carter: relative error of the force",
-                lambda _: carter_errors(lambda contact: contact.force_error),
-            ),
-            below(
-                OF_TRACTION,
-                "Carter stick",
-                "Carter: error of the width that sticks over that of the contact",
-                lambda _: carter_errors(lambda contact: contact.stick_error),
-            ),
-            below(
-                OF_FORCE,
-                "Kalker",
-                "Kalker: error of F_x, F_y, M_z of small creepages over the largest",
-                kalker_errors,
-            ),
-            below(
-                EXACTLY,
-                "full slip",
-                "full slip: force along its direction over friction load, less 1",
-                full_slip_errors,
-            ),
-            below(OF_FORCE, "Cattaneo", "Cattaneo: relative error of the force", cattaneo_forces),
-            below(
-                OF_TRACTION,
-                "Cattaneo tractions",
-                "Cattaneo: mean difference of tractions over their mean",
-                cattaneo_tractions,
-            ),
-            below(
-                ON_CIRCLE,
-                "circles",
-                "free cones: relative error of the creepage R / r - 1 of the circle that rolls",
-                circle_errors,
-            ),
-            below(
-                OF_SPIN,
-                "spin of cones",
-                "free cones: error of F_s, M_n of their spin sin(δ) / r over the larger one",
-                spin_errors,
-            ),
+            *(_carter_force, _carter_stick, _kalker, _full_slip),
+            *(_cattaneo_force, _cattaneo_tractions, _circles, _spin_of_cones),
         ),
         _panels,
         columns=3,

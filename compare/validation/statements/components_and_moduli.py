@@ -5,6 +5,7 @@ Single components are exchanged, mixes compared with single variants, and one bo
 """
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -72,18 +73,12 @@ def exchanged_alone(grid: Grid) -> dict[str, GivenICs]:
     return given
 
 
-def exchanged_rolling(runs: Runs) -> xr.Dataset:
-    """Return steady rolling with B-hat and with ns or nx exchanged alone."""
-    given = exchanged_alone(find_grid(rolling(runs)))
-    contact = {"ics": [BASE, *given], "friction": list(AT), "longitudinal": list(FEW_CREEPAGES)}
-    return on_same_grid(runs, "rolling", {"contact": contact}, given)
-
-
-def exchanged_compression(runs: Runs) -> xr.Dataset:
-    """Return static compression with B-hat and with ns or nx exchanged alone."""
-    given = exchanged_alone(find_grid(compression(runs)))
-    contact = {"ics": [BASE, *given], "friction": list(AT), "loads": list(LOADS)}
-    return on_same_grid(runs, "compression", {"contact": contact}, given)
+def exchanged(motion: str, runs: Runs) -> xr.Dataset:
+    """Return "rolling" or "compression" with B-hat and with ns or nx exchanged alone."""
+    given = exchanged_alone(find_grid((rolling if motion == "rolling" else compression)(runs)))
+    steps = {"rolling": {"longitudinal": list(FEW_CREEPAGES)}, "compression": {"loads": list(LOADS)}}
+    contact = {"ics": [BASE, *given], "friction": list(AT), **steps[motion]}
+    return on_same_grid(runs, motion, {"contact": contact}, given)
 
 
 def curve_change(dataset: xr.Dataset, friction: float, ics: str) -> float:
@@ -106,9 +101,14 @@ def traction_change(dataset: xr.Dataset, friction: float, ics: str) -> float:
     return float(np.linalg.norm(apart[..., :2]) / (friction * np.linalg.norm(before[..., 2])))
 
 
-def exchange_details(runs: Runs) -> Mapping[str, float]:
-    """Return changes of the curve by exchanging ns and nx, and by exchanging xn or sn with its transposed."""
-    contacts, pressed, details = rolling(runs), exchanged_compression(runs), dict[str, float]()
+def change_by_exchange(motion: str, change: Distance) -> Measure:
+    """Measure a change by exchanging ns or nx alone, in rolling or compression."""
+    return distances(partial(exchanged, motion), change, tuple(EXCHANGED.values()), AT)
+
+
+def _exchange_details(runs: Runs) -> Mapping[str, float]:
+    """Return changes of the curve by exchanging xn or sn with its transposed, and sliding shares."""
+    contacts, pressed, details = rolling(runs), exchanged("compression", runs), dict[str, float]()
     for friction in AT:
         by_sn = curve_change(contacts, friction, WITHOUT_FIT["Bhat"])
         details[f"curve by sn and ns of B: friction {friction:g}"] = by_sn
@@ -121,32 +121,19 @@ def exchange_details(runs: Runs) -> Mapping[str, float]:
     return details
 
 
-def _exchange_panels(runs: Runs) -> list[Panel]:
-    contacts, pressed = exchanged_rolling(runs), exchanged_compression(runs)
+def _exchange_panels(runs: Runs) -> Iterator[Panel]:
+    contacts, pressed = exchanged("rolling", runs), exchanged("compression", runs)
     labels = {f"{component} of {ics_symbol(v)}": name for (component, v), name in EXCHANGED.items()}
-    forces, tractions = [], []
     for friction in AT:
         force = scaled_force(contacts).sel(friction=friction)
         away = {label: (force.sel(ics=ics) - force.sel(ics=BASE)).values for label, ics in labels.items()}
-        forces.append(
-            Panel(
-                f"friction {friction:g}",
-                "longitudinal creepage [1e-3]",
-                "F_x minus F_x with B̂, over friction load [-]",
-                make_curves(1e3 * contacts.xi.values, away),
-            )
-        )
+        axes = "longitudinal creepage [1e-3]", "F_x minus F_x with B̂, over friction load [-]"
+        yield Panel(f"friction {friction:g}", *axes, make_curves(1e3 * contacts.xi.values, away))
+    for friction in AT:
         p = pressed.p.sel(friction=friction, direction="s").interp(x=0.0)
         curves = {label: p.sel(ics=ics).values for label, ics in ({ics_symbol(BASE): BASE} | labels).items()}
-        tractions.append(
-            Panel(
-                f"compression, friction {friction:g}",
-                "s [mm]",
-                "p_s at x = 0 [MPa]",
-                make_curves(pressed.s.values, curves),
-            )
-        )
-    return [*forces, *tractions]
+        title = f"compression, friction {friction:g}"
+        yield Panel(title, "s [mm]", "p_s at x = 0 [MPa]", make_curves(pressed.s.values, curves))
 
 
 # --- 39, 40: mixes --------------------------------------------------------------------------------------
@@ -184,7 +171,7 @@ def mix_details(runs: Runs) -> Mapping[str, float]:
     return details
 
 
-def distance_panel(runs: Runs, name: str, ics: Mapping[str, str]) -> Panel:
+def _distance_panel(runs: Runs, name: str, ics: Mapping[str, str]) -> Panel:
     """Return distances from C over the coefficient of friction, of ICs by their labels."""
     contacts, distance, meaning = MEASURES[name]
     dataset = contacts(runs)
@@ -195,8 +182,7 @@ def distance_panel(runs: Runs, name: str, ics: Mapping[str, str]) -> Panel:
     return Panel(name, "friction [-]", f"{meaning} [-]", make_curves(FRICTIONS, by_label))
 
 
-def fitless_details(runs: Runs) -> Mapping[str, float]:
-    """Return distances from C of the mixes without a fit, and shifts in creepage."""
+def _fitless_details(runs: Runs) -> Mapping[str, float]:
     dataset, details = rolling(runs), dict[str, float]()
     for friction in FRICTIONS:
         zero = dataset.zero_creepage.sel(friction=friction)
@@ -242,7 +228,7 @@ def over_equal(distance: Distance, upper_over_lower: float) -> Measure:
     return measure
 
 
-def moduli_details(runs: Runs) -> Mapping[str, float]:
+def _moduli_details(runs: Runs) -> Mapping[str, float]:
     """Return distances of curves and signed errors of pressures by the ratio of moduli."""
     details = {}
     for modulus_ratio in RATIOS:
@@ -278,42 +264,36 @@ STATEMENTS = (
     Statement(
         38,
         "ns and nx matter little in contact with friction: exchanging one of them alone changes little.",
-        [
-            below(SATISFACTORY, name, description, distances(contacts, change, tuple(EXCHANGED.values()), AT))
-            for name, contacts, change, description in (
-                (
-                    "curve",
-                    exchanged_rolling,
-                    curve_change,
-                    "rolling, ns or nx of B or B̂′ in B̂: largest change of F_x / friction load",
-                ),
-                ("patch", exchanged_rolling, patch_change, "rolling: largest relative change of p_max, a, b"),
-                (
-                    "tractions",
-                    exchanged_compression,
-                    traction_change,
-                    "compression: change of tangential tractions over friction times pressure, rms",
-                ),
-                (
-                    "pressed patch",
-                    exchanged_compression,
-                    patch_change,
-                    "compression: largest relative change of p_max, a, b",
-                ),
-            )
-        ],
+        (
+            below(
+                SATISFACTORY,
+                "curve",
+                "rolling, ns or nx of B or B̂′ in B̂: largest change of F_x / friction load",
+            )(change_by_exchange("rolling", curve_change)),
+            below(SATISFACTORY, "patch", "rolling: largest relative change of p_max, a, b")(
+                change_by_exchange("rolling", patch_change)
+            ),
+            below(
+                SATISFACTORY,
+                "tractions",
+                "compression: change of tangential tractions over friction times pressure, rms",
+            )(change_by_exchange("compression", traction_change)),
+            below(SATISFACTORY, "pressed patch", "compression: largest relative change of p_max, a, b")(
+                change_by_exchange("compression", patch_change)
+            ),
+        ),
         _exchange_panels,
-        exchange_details,
+        _exchange_details,
     ),
     Statement(
         39,
         "In contact, too, the mix beats each single variant.",
         [
-            below(1.0, name, f"{meaning}: mix over the best of A, B, B̂, B̂′", mix_over_best(name))
+            below(1.0, name, f"{meaning}: mix over the best of A, B, B̂, B̂′")(mix_over_best(name))
             for name, (_, _, meaning) in MEASURES.items()
         ],
         lambda runs: [
-            distance_panel(runs, name, {ics_symbol(ics): ics for ics in (*SINGLE, "mix")})
+            _distance_panel(runs, name, {ics_symbol(ics): ics for ics in (*SINGLE, "mix")})
             for name in MEASURES
         ],
         mix_details,
@@ -322,32 +302,26 @@ STATEMENTS = (
         40,
         "Without a fit A_xn beats B_xn and B̂_xn in contact, too.",
         [
-            below(
-                1.0,
-                name,
-                f"{meaning}: B̂ with sn of B and xn of A over the same with xn of B or B̂",
+            below(1.0, name, f"{meaning}: B̂ with sn of B and xn of A over the same with xn of B or B̂")(
                 compared(
                     contacts, distance, WITHOUT_FIT["A"], (WITHOUT_FIT["B"], WITHOUT_FIT["Bhat"]), FRICTIONS
-                ),
+                )
             )
             for name, (contacts, distance, meaning) in MEASURES.items()
             if name in ("curve", "p_x")
         ],
         lambda runs: [
-            distance_panel(runs, name, {f"xn of {ics_symbol(xn)}": ics for xn, ics in WITHOUT_FIT.items()})
+            _distance_panel(runs, name, {f"xn of {ics_symbol(xn)}": ics for xn, ics in WITHOUT_FIT.items()})
             for name in ("curve", "p_x")
         ],
-        fitless_details,
+        _fitless_details,
     ),
     Statement(
         41,
         "A softer convex body makes approximations worse, a softer concave one better.",
         [
-            decide(
-                1.0,
-                f"{side} {kind}",
-                f"{meaning}: {side} body ten times softer over equal bodies",
-                over_equal(distance, modulus_ratio),
+            decide(1.0, f"{side} {kind}", f"{meaning}: {side} body ten times softer over equal bodies")(
+                over_equal(distance, modulus_ratio)
             )
             for kind, distance, meaning in (
                 ("curve", curve_distance, "rms distance of the creep-force curve from C's"),
@@ -356,6 +330,6 @@ STATEMENTS = (
             for decide, side, modulus_ratio in ((above, "convex", CONVEX), (below, "concave", CONCAVE))
         ],
         _moduli_panels,
-        moduli_details,
+        _moduli_details,
     ),
 )

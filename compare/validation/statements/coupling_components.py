@@ -74,6 +74,12 @@ def fit_excess(results: Results) -> float:
     return float(np.mean(((fit - c) * np.sign(c))[near]) / curve.size("C"))
 
 
+@above(0.0, "geometry", "the same: Geometry 1 minus Geometry 2")
+def _more_on_the_first(runs: Runs) -> Mapping[str, float]:
+    first, second = map(runs.fitted, GEOMETRIES)
+    return {"both": fit_excess(first) - fit_excess(second)}
+
+
 def a_over_prismatic(variant: str) -> Callable[[Results, str], float]:
     """Measure the error of A_xn over the error of a variant without curvature along x, on lines off s = 0.
 
@@ -111,32 +117,23 @@ def _prismatic_panels(results: Results) -> Iterator[Panel]:
         yield curve.panel("A", more=more)
 
 
-OF_XN = (
+XN_STATEMENTS = (
     Statement(
         6,
         "B_xn is poor; off the centre line B and B̂ put the larger displacement in the concave body, C in the "
         "convex one.",
         (
-            above(
-                POOR,
-                "poor",
-                "error of B_xn, both bodies together",
-                per_geometry(lambda r: prismatic_error(Curve(r, *XN), "B")),
+            above(POOR, "poor", "error of B_xn, both bodies together")(
+                per_geometry(lambda r: prismatic_error(Curve(r, *XN), "B"))
             ),
-            *(
-                above(
-                    1.0,
-                    f"in {ics_symbol(variant)}",
-                    f"rms of {ics_symbol(variant)}_xn on s = 1.6 mm: concave body over convex body",
-                    per_geometry(concave_over_convex(variant)),
-                )
-                for variant in ("B", "Bhat")
+            above(1.0, "in B", "rms of B_xn on s = 1.6 mm: concave body over convex body")(
+                per_geometry(concave_over_convex("B"))
             ),
-            above(
-                1.0,
-                "in C",
-                "rms of C_xn on s = 1.6 mm: convex body over concave body",
-                per_geometry(lambda r: c_xn_rms(r, CONVEX) / c_xn_rms(r, CONCAVE)),
+            above(1.0, "in B̂", "rms of B̂_xn on s = 1.6 mm: concave body over convex body")(
+                per_geometry(concave_over_convex("Bhat"))
+            ),
+            above(1.0, "in C", "rms of C_xn on s = 1.6 mm: convex body over concave body")(
+                per_geometry(lambda r: c_xn_rms(r, CONVEX) / c_xn_rms(r, CONCAVE))
             ),
         ),
         side_by_side(_prismatic_panels),
@@ -145,41 +142,25 @@ OF_XN = (
         7,
         "B̂′_xn is close to C_xn along x, somewhat too large near the load, more so on Geometry 1.",
         (
-            below(
-                FOLLOWS,
-                "close",
-                "error of B̂′_xn on the lines along x",
-                per_geometry(lambda r: Curve(r, *XN, "x").error("Bhat_prime"), fitted=True),
+            below(FOLLOWS, "close", "error of B̂′_xn on the lines along x")(
+                per_geometry(lambda r: Curve(r, *XN, "x").error("Bhat_prime"), fitted=True)
             ),
-            above(
-                0.0,
-                "too large",
-                "mean of (B̂′ - C) sgn C / max |C| within 0.3 reference lengths",
-                per_geometry(fit_excess, fitted=True),
+            above(0.0, "too large", "mean of (B̂′ - C) sgn C / max |C| within 0.3 reference lengths")(
+                per_geometry(fit_excess, fitted=True)
             ),
-            above(
-                0.0,
-                "geometry",
-                "the same: Geometry 1 minus Geometry 2",
-                lambda runs: {
-                    "both": fit_excess(runs.fitted(GEOMETRIES[0])) - fit_excess(runs.fitted(GEOMETRIES[1]))
-                },
-            ),
+            _more_on_the_first,
         ),
         curve_panels([(*XN, line) for line in (BESIDE, THROUGH)], "Bhat", "Bhat_prime", fitted=True),
     ),
     Statement(
         13,
         "Without a fit, A_xn is better than B_xn and B̂_xn (both without curvature along x).",
-        [
-            below(
-                1.0,
-                ics_symbol(variant),
-                f"error of A_xn over error of {ics_symbol(variant)}_xn, off s = 0",
-                per_body(a_over_prismatic(variant)),
-            )
-            for variant in ("B", "Bhat")
-        ],
+        (
+            below(1.0, "B", "error of A_xn over error of B_xn, off s = 0")(per_body(a_over_prismatic("B"))),
+            below(1.0, "B̂", "error of A_xn over error of B̂_xn, off s = 0")(
+                per_body(a_over_prismatic("Bhat"))
+            ),
+        ),
         side_by_side(_prismatic_panels),
         xn_errors,
     ),
@@ -193,8 +174,14 @@ def c_xn_through(results: Results) -> Array:
     return Curve(results, *XN, THROUGH).variant("C")
 
 
-def curvature_share(runs: Runs) -> Mapping[str, float]:
-    """Return the share of the difference between the geometries that vanishes with a prismatic wheel."""
+@above(1.0, "larger", "rms of C_xn on s = 0: Geometry 2 over Geometry 1")
+def _larger(runs: Runs) -> Mapping[str, float]:
+    first, second = (c_xn_rms(runs.geometry(name), line=THROUGH) for name in GEOMETRIES)
+    return {"both": second / first}
+
+
+@below(SMALL_PART, "curvature", "part of the difference that vanishes with a wheel that is not revolved")
+def _by_curvature(runs: Runs) -> Mapping[str, float]:
     results = (*map(runs.geometry, GEOMETRIES), runs.not_revolved())
     first, second, prismatic = (c_xn_rms(each, line=THROUGH) for each in results)
     return {"both": abs((second - prismatic) / (second - first))}
@@ -219,6 +206,11 @@ def terms_and_changes(runs: Runs) -> list[tuple[str, float, float]]:
     term, change = (np.interp(PLACES, x, curve(runs)) for curve in (curvature_term, curvature_change))
     names = [f"x = {place:g} mm" for place in PLACES]
     return list(zip(names, term.tolist(), change.tolist(), strict=True))
+
+
+@below(POOR, "size", "Geometry 2, s = 0: |term / (C_xn - C_xn not revolved) - 1|")
+def _term_over_change(runs: Runs) -> Mapping[str, float]:
+    return {place: abs(term / change - 1) for place, term, change in terms_and_changes(runs)}
 
 
 def curvature_details(runs: Runs) -> Mapping[str, float]:
@@ -247,42 +239,17 @@ def _curvature_panels(runs: Runs) -> list[Panel]:
     return [Panel(title, "x / L  [-]", "IC · E · L  [-]", make_curves(at, curves))]
 
 
-OF_CURVATURE = (
+CURVATURE_STATEMENTS = (
     Statement(
         8,
         "C_xn is larger on Geometry 2; longitudinal curvature explains a small part of it.",
-        (
-            above(
-                1.0,
-                "larger",
-                "rms of C_xn on s = 0: Geometry 2 over Geometry 1",
-                lambda runs: {
-                    "both": c_xn_rms(runs.geometry(GEOMETRIES[1]), line=THROUGH)
-                    / c_xn_rms(runs.geometry(GEOMETRIES[0]), line=THROUGH)
-                },
-            ),
-            below(
-                SMALL_PART,
-                "curvature",
-                "part of the difference that vanishes with a wheel that is not revolved",
-                curvature_share,
-            ),
-        ),
+        (_larger, _by_curvature),
         _geometry_panels,
     ),
     Statement(
         21,
         "The term -½ (A_xx + A_nn) sin α_x of eq. (16) is the change of C_xn due to curvature along x.",
-        (
-            below(
-                POOR,
-                "size",
-                "Geometry 2, s = 0: |term / (C_xn - C_xn not revolved) - 1|",
-                lambda runs: {
-                    place: abs(term / change - 1) for place, term, change in terms_and_changes(runs)
-                },
-            ),
-        ),
+        (_term_over_change,),
         _curvature_panels,
         curvature_details,
         columns=1,
@@ -315,6 +282,11 @@ def furthest_misfit(results: Results) -> float:
     """Return |s| of the largest |C_sn - B-hat_sn| on the line along s, over |s| of the joint."""
     misfit = np.abs(Curve(results, *SN, ACROSS).difference("Bhat"))
     return float(abs(find_line(results, ACROSS).s[np.argmax(misfit)]) / first_joint(results))
+
+
+@above(1.0, "flank", "|s| of the largest |C_sn - B̂_sn| at x = 1.6 mm over |s| of the joint")
+def _furthest(runs: Runs) -> Mapping[str, float]:
+    return {GEOMETRIES[0]: furthest_misfit(runs.geometry(GEOMETRIES[0]))}
 
 
 def error_within_arc(results: Results, variant: str) -> float:
@@ -359,6 +331,11 @@ def errors_with_factor(runs: Runs) -> Mapping[str, float]:
     return ratios
 
 
+@below(0.75, "gain", "share of cases (bodies alone) in which the error of sn falls by a tenth")
+def _gain(runs: Runs) -> Mapping[str, float]:
+    return {"all": float(np.mean([ratio <= GAIN for ratio in errors_with_factor(runs).values()]))}
+
+
 def _sn_panels(runs: Runs) -> list[Panel]:
     combined = curve_panels([(*SN, ACROSS)], "A", "B", "Bhat", "Bhat_prime", fitted=True)
     alone = curve_panels([(body, "sn", ACROSS) for body in ALONE], "A", "B", "Bhat", fitted=True)
@@ -375,72 +352,44 @@ def _factor_panels(results: Results) -> Iterator[Panel]:
         yield curve.panel("B", "Bhat", more=more)
 
 
-OF_SN = (
+SN_STATEMENTS = (
     Statement(
         9,
         "C_sn along s: convex body well below A, concave above; B_sn better than B̂_sn, B̂′_sn worst, and "
         "within the arc C_sn is captured; much of C_sn - B̂_sn is a vertical translation; the largest misfit "
         "lies beyond the arc/flank joint of Geometry 1.",
         (
-            below(
-                -POOR,
-                "convex",
-                "mean of (C - A) sgn A / max |A| at x = 1.6 mm, s > 0, convex body",
-                per_geometry(lambda r: mean_deviation_from_a(r, CONVEX)),
+            below(-POOR, "convex", "mean of (C - A) sgn A / max |A| at x = 1.6 mm, s > 0, convex body")(
+                per_geometry(lambda r: mean_deviation_from_a(r, CONVEX))
             ),
-            above(
-                0.0,
-                "concave",
-                "the same, concave body",
-                per_geometry(lambda r: mean_deviation_from_a(r, CONCAVE)),
+            above(0.0, "concave", "the same, concave body")(
+                per_geometry(lambda r: mean_deviation_from_a(r, CONCAVE))
             ),
-            below(
-                1.0,
-                "B",
-                "error of B_sn over error of B̂_sn at x = 1.6 mm",
-                per_geometry(error_ratio("B", "Bhat", "sn", ACROSS)),
+            below(1.0, "B", "error of B_sn over error of B̂_sn at x = 1.6 mm")(
+                per_geometry(error_ratio("B", "Bhat", "sn", ACROSS))
             ),
-            above(
-                1.0,
-                "B̂′",
-                "error of B̂′_sn over error of B̂_sn at x = 1.6 mm",
-                per_geometry(error_ratio("Bhat_prime", "Bhat", "sn", ACROSS), fitted=True),
+            above(1.0, "B̂′", "error of B̂′_sn over error of B̂_sn at x = 1.6 mm")(
+                per_geometry(error_ratio("Bhat_prime", "Bhat", "sn", ACROSS), fitted=True)
             ),
-            below(
-                FOLLOWS,
-                "arc",
-                "largest |B_sn - C_sn| at x = 1.6 mm up to the joint, of max |C_sn|",
-                per_geometry(lambda r: error_within_arc(r, "B")),
+            below(FOLLOWS, "arc", "largest |B_sn - C_sn| at x = 1.6 mm up to the joint, of max |C_sn|")(
+                per_geometry(lambda r: error_within_arc(r, "B"))
             ),
             above(
                 MUCH,
                 "translation",
                 "part of |C_sn - B̂_sn|² at x = 1.6 mm that a vertical translation explains",
-                per_geometry(translation_share),
-            ),
-            above(
-                1.0,
-                "flank",
-                "|s| of the largest |C_sn - B̂_sn| at x = 1.6 mm over |s| of the joint",
-                lambda runs: {GEOMETRIES[0]: furthest_misfit(runs.geometry(GEOMETRIES[0]))},
-            ),
+            )(per_geometry(translation_share)),
+            _furthest,
         ),
         _sn_panels,
     ),
     Statement(
         10,
         "The factor (π - |α|) / π on A_sn brings no consistent gain.",
-        (
-            below(
-                0.75,
-                "gain",
-                "share of cases (bodies alone) in which the error of sn falls by a tenth",
-                lambda runs: {"all": float(np.mean([r <= GAIN for r in errors_with_factor(runs).values()]))},
-            ),
-        ),
+        (_gain,),
         side_by_side(_factor_panels),
         errors_with_factor,
     ),
 )
 
-STATEMENTS = (*OF_XN, *OF_CURVATURE, *OF_SN)
+STATEMENTS = (*XN_STATEMENTS, *CURVATURE_STATEMENTS, *SN_STATEMENTS)

@@ -60,32 +60,20 @@ NN = (
         "Laterally A_nn departs from C_nn with distance, more on Geometry 2, and B_nn follows; "
         "longitudinally all three agree (both bodies together).",
         (
-            above(FOLLOWS, "A departs", "|A_nn / C_nn - 1| at s = 10 mm", per_geometry(nn_error("A"))),
-            above(
-                0.0,
-                "with distance",
-                "the same: at s = 10 mm minus at 5 mm",
-                per_geometry(lambda r: nn_error("A")(r) - nn_error("A", at=HALF_WAY)(r)),
+            above(FOLLOWS, "A departs", "|A_nn / C_nn - 1| at s = 10 mm")(per_geometry(nn_error("A"))),
+            above(0.0, "with distance", "the same: at s = 10 mm minus at 5 mm")(
+                per_geometry(lambda r: nn_error("A")(r) - nn_error("A", at=HALF_WAY)(r))
             ),
-            above(
-                0.0,
-                "geometry",
-                "the same at s = 10 mm: Geometry 2 minus Geometry 1",
-                second_minus_first(nn_error("A")),
+            above(0.0, "geometry", "the same at s = 10 mm: Geometry 2 minus Geometry 1")(
+                second_minus_first(nn_error("A"))
             ),
-            below(FOLLOWS, "B follows", "|B_nn / C_nn - 1| at s = 10 mm", per_geometry(nn_error("B"))),
-            below(
-                1.0,
-                "B better",
-                "|B_nn - C_nn| over |A_nn - C_nn| at s = 10 mm",
-                per_geometry(lambda r: nn_error("B")(r) / nn_error("A")(r)),
+            below(FOLLOWS, "B follows", "|B_nn / C_nn - 1| at s = 10 mm")(per_geometry(nn_error("B"))),
+            below(1.0, "B better", "|B_nn - C_nn| over |A_nn - C_nn| at s = 10 mm")(
+                per_geometry(lambda r: nn_error("B")(r) / nn_error("A")(r))
             ),
             *(
-                below(
-                    FOLLOWS,
-                    f"{variant} along x",
-                    f"|{variant}_nn / C_nn - 1| at x = 10 mm",
-                    per_geometry(lambda r, line, v=variant: nn_error(v, line)(r), (BESIDE, THROUGH)),
+                below(FOLLOWS, f"{variant} along x", f"|{variant}_nn / C_nn - 1| at x = 10 mm")(
+                    per_geometry(lambda r, line, v=variant: nn_error(v, line)(r), (BESIDE, THROUGH))
                 )
                 for variant in ("A", "B")
             ),
@@ -96,14 +84,11 @@ NN = (
         16,
         "C_nn departs most from A_nn along s; in the concave body, along x.",
         (
-            above(
-                1.0,
-                "along s",
-                "largest |C_nn - A_nn|: line along s over lines along x",
-                per_geometry(across_over_along("nn"), ("combined", CONVEX)),
+            above(1.0, "along s", "largest |C_nn - A_nn|: line along s over lines along x")(
+                per_geometry(across_over_along("nn"), ("combined", CONVEX))
             ),
-            below(
-                1.0, "concave", "the same, concave body", per_geometry(across_over_along("nn"), (CONCAVE,))
+            below(1.0, "concave", "the same, concave body")(
+                per_geometry(across_over_along("nn"), (CONCAVE,))
             ),
         ),
         _nn_body_panels,
@@ -112,11 +97,8 @@ NN = (
         20,
         "B̂_nn is no worse than B_nn.",
         (
-            below(
-                1.0,
-                "B̂",
-                "error of B̂_nn over error of B_nn on the line along s",
-                per_body(error_ratio("Bhat", "B", "nn", ACROSS)),
+            below(1.0, "B̂", "error of B̂_nn over error of B_nn on the line along s")(
+                per_body(error_ratio("Bhat", "B", "nn", ACROSS))
             ),
         ),
         curve_panels([(body, "nn", ACROSS) for body in BODIES], "B", "Bhat"),
@@ -131,8 +113,8 @@ def worst_xx_error(results: Results, body: str = "combined") -> float:
     return max(Curve(results, body, "xx", line.name).share("A") for line in results.scene.lines)
 
 
-def difference_in_xx(runs: Runs) -> Mapping[str, float]:
-    """Return the largest difference between the geometries of (C_xx - A_xx) / max |C_xx| of a line."""
+@below(FOLLOWS, "alike", "largest difference of (C_xx - A_xx) / max |C_xx| of a line between geometries")
+def _alike(runs: Runs) -> Mapping[str, float]:
     deviations = []
     for results in map(runs.geometry, GEOMETRIES):
         curves = [Curve(results, "combined", "xx", line.name) for line in results.scene.lines]
@@ -146,6 +128,12 @@ def deficit(results: Results, body: str) -> float:
     return 1 - curve.at("C", x) / curve.at("B", x)
 
 
+@above(0.0, "convex", "|1 - C_ss / B_ss| on Geometry 2: convex body minus concave body")
+def _more_on_the_convex(runs: Runs) -> Mapping[str, float]:
+    wheel = runs.geometry(GEOMETRIES[1])
+    return {GEOMETRIES[1]: abs(deficit(wheel, CONVEX)) - abs(deficit(wheel, CONCAVE))}
+
+
 def xs_deviation(results: Results, body: str) -> float:
     """Return the largest |C_xs - A_xs|, dimensionless."""
     return Curve(results, body, "xs").largest("A")
@@ -156,18 +144,10 @@ TANGENTIAL = (
         2,
         "The combined C_xx is about A_xx, alike in both geometries.",
         (
-            below(
-                FOLLOWS,
-                "A",
-                "largest |A_xx - C_xx| on a line, of max |C_xx| there",
-                per_geometry(worst_xx_error),
+            below(FOLLOWS, "A", "largest |A_xx - C_xx| on a line, of max |C_xx| there")(
+                per_geometry(worst_xx_error)
             ),
-            below(
-                FOLLOWS,
-                "alike",
-                "largest difference of (C_xx - A_xx) / max |C_xx| of a line between geometries",
-                difference_in_xx,
-            ),
+            _alike,
         ),
         curve_panels([("combined", "xx", line) for line in (BESIDE, ACROSS)], "A"),
     ),
@@ -176,35 +156,17 @@ TANGENTIAL = (
         "C_ss falls faster than B_ss along x for both bodies together and for the convex one, most on "
         "Geometry 2 and on its convex body; the concave body deviates the other way.",
         (
-            above(
-                0.0,
-                "faster",
-                "1 - C_ss / B_ss at x = reference length, s = 0",
-                per_geometry(deficit, ("combined", CONVEX)),
+            above(0.0, "faster", "1 - C_ss / B_ss at x = reference length, s = 0")(
+                per_geometry(deficit, ("combined", CONVEX))
             ),
-            below(0.0, "other way", "the same, concave body", per_geometry(lambda r: deficit(r, CONCAVE))),
-            above(
-                0.0,
-                "geometry",
-                "the same of both bodies: Geometry 2 minus Geometry 1",
-                second_minus_first(lambda r: deficit(r, "combined")),
+            below(0.0, "other way", "the same, concave body")(per_geometry(lambda r: deficit(r, CONCAVE))),
+            above(0.0, "geometry", "the same of both bodies: Geometry 2 minus Geometry 1")(
+                second_minus_first(lambda r: deficit(r, "combined"))
             ),
-            above(
-                0.0,
-                "convex geometry",
-                "the same of the convex body: Geometry 2 minus Geometry 1",
-                second_minus_first(lambda r: deficit(r, CONVEX)),
+            above(0.0, "convex geometry", "the same of the convex body: Geometry 2 minus Geometry 1")(
+                second_minus_first(lambda r: deficit(r, CONVEX))
             ),
-            above(
-                0.0,
-                "convex",
-                "|1 - C_ss / B_ss| on Geometry 2: convex body minus concave body",
-                lambda runs: {
-                    name: abs(deficit(runs.geometry(name), CONVEX))
-                    - abs(deficit(runs.geometry(name), CONCAVE))
-                    for name in GEOMETRIES[1:]
-                },
-            ),
+            _more_on_the_convex,
         ),
         curve_panels([(body, "ss", THROUGH) for body in BODIES], "A", "B", beyond=STEEP),
     ),
@@ -213,29 +175,17 @@ TANGENTIAL = (
         "In absolute numbers the convex body deviates more from A_xs than the concave one, and both most "
         "along s; of each body alone B_xs is better than B̂_xs; neither is fully satisfactory.",
         (
-            above(
-                1.0,
-                "convex",
-                "largest |C_xs - A_xs|: convex body over concave body",
-                per_geometry(lambda r: xs_deviation(r, CONVEX) / xs_deviation(r, CONCAVE)),
+            above(1.0, "convex", "largest |C_xs - A_xs|: convex body over concave body")(
+                per_geometry(lambda r: xs_deviation(r, CONVEX) / xs_deviation(r, CONCAVE))
             ),
-            above(
-                1.0,
-                "along s",
-                "largest |C_xs - A_xs|: line along s over lines along x",
-                per_body(across_over_along("xs")),
+            above(1.0, "along s", "largest |C_xs - A_xs|: line along s over lines along x")(
+                per_body(across_over_along("xs"))
             ),
-            below(
-                1.0,
-                "better",
-                "error of B_xs over error of B̂_xs",
-                per_geometry(error_ratio("B", "Bhat", "xs"), ALONE),
+            below(1.0, "better", "error of B_xs over error of B̂_xs")(
+                per_geometry(error_ratio("B", "Bhat", "xs"), ALONE)
             ),
-            above(
-                SATISFACTORY,
-                "left",
-                "the smaller of both errors",
-                per_body(lambda r, body: min(Curve(r, body, "xs").error(v) for v in ("B", "Bhat"))),
+            above(SATISFACTORY, "left", "the smaller of both errors")(
+                per_body(lambda r, body: min(Curve(r, body, "xs").error(v) for v in ("B", "Bhat")))
             ),
         ),
         curve_panels([(body, "xs", ACROSS) for body in BODIES], "A", "B", "Bhat"),
@@ -287,6 +237,12 @@ def rotation(results: Results, body: str) -> float:
     return float(results.references[body].discount[FY, MOMENT])
 
 
+@above(MUCH, "convex", "rotation of the convex body under a lateral load over the sum of both sizes")
+def _mostly_convex(runs: Runs) -> Mapping[str, float]:
+    rotations = {name: [abs(rotation(runs.geometry(name), body)) for body in ALONE] for name in GEOMETRIES}
+    return {name: convex / (convex + concave) for name, (convex, concave) in rotations.items()}
+
+
 def _sum_panels(runs: Runs) -> list[Panel]:
     results = runs.geometry(GEOMETRIES[0])
     return [
@@ -316,24 +272,20 @@ def _near_panels(results: Results) -> Iterator[Panel]:
 
 
 def _rotation_panels(results: Results) -> list[Panel]:
-    """Return panels of C_sn before and after the discount."""
     curves = [Curve(results, body, "sn", ACROSS) for body in ALONE]
     raw = [curve.values(results.references[curve.body].raw) for curve in curves]
     return [curve.panel(more={"C before the discount": c}) for curve, c in zip(curves, raw, strict=True)]
 
 
-OF_BODIES = (
+SINGLE_BODIES = (
     Statement(
         5,
         "Deviations of the two bodies from A cancel in nn, ss, xx, xs and add in xn, sn.",
         (
-            below(
-                MUCH,
-                "cancel",
-                "|sum of both deviations| / sum of their norms: nn, ss, xx, xs",
-                per_geometry(remaining_share, CANCEL),
+            below(MUCH, "cancel", "|sum of both deviations| / sum of their norms: nn, ss, xx, xs")(
+                per_geometry(remaining_share, CANCEL)
             ),
-            above(0.75, "add", "the same: xn, sn", per_geometry(remaining_share, ADD)),
+            above(0.75, "add", "the same: xn, sn")(per_geometry(remaining_share, ADD)),
         ),
         _sum_panels,
         columns=3,
@@ -343,23 +295,14 @@ OF_BODIES = (
         "Of the bodies alone C_xx deviates little from A_xx, and C_ss from A_ss to opposite sides; B_ss is "
         "good along s.",
         (
-            below(
-                FOLLOWS,
-                "xx",
-                "largest |A_xx - C_xx| on a line, of max |C_xx| there: body alone",
-                per_geometry(worst_xx_error, ALONE),
+            below(FOLLOWS, "xx", "largest |A_xx - C_xx| on a line, of max |C_xx| there: body alone")(
+                per_geometry(worst_xx_error, ALONE)
             ),
-            below(
-                -MUCH,
-                "ss",
-                "cosine between both bodies' C_ss - A_ss",
-                per_geometry(alignment_in_ss, ("along x", "along s")),
+            below(-MUCH, "ss", "cosine between both bodies' C_ss - A_ss")(
+                per_geometry(alignment_in_ss, ("along x", "along s"))
             ),
-            below(
-                FOLLOWS,
-                "B_ss",
-                "largest |B_ss - C_ss| at x = 1.6 mm, of max |C_ss| there",
-                per_body(lambda r, body: Curve(r, body, "ss", ACROSS).share("B")),
+            below(FOLLOWS, "B_ss", "largest |B_ss - C_ss| at x = 1.6 mm, of max |C_ss| there")(
+                per_body(lambda r, body: Curve(r, body, "ss", ACROSS).share("B"))
             ),
         ),
         curve_panels(
@@ -376,34 +319,21 @@ OF_BODIES = (
         18,
         "All ICs converge to ICs of the half-space near the load.",
         (
-            below(
-                SATISFACTORY,
-                "at the load",
-                "largest |C - A| / A_nn on s = 0, |x| ≤ 1 mm",
-                per_geometry(deviation_at_load, BODIES, ON_THROUGH),
+            below(SATISFACTORY, "at the load", "largest |C - A| / A_nn on s = 0, |x| ≤ 1 mm")(
+                per_geometry(deviation_at_load, BODIES, ON_THROUGH)
             ),
             below(
                 MUCH,
                 "converge",
                 "largest |C - A| / A_nn up to 2.5 mm from the load over the same at 10 to 20 mm",
-                per_geometry(near_over_far, BODIES, INDEPENDENT),
-            ),
+            )(per_geometry(near_over_far, BODIES, INDEPENDENT)),
         ),
         side_by_side(_near_panels),
     ),
     Statement(
         19,
         "Most of the discounted rotation is due to the convex body.",
-        (
-            above(
-                MUCH,
-                "convex",
-                "rotation of the convex body under a lateral load over the sum of both sizes",
-                per_geometry(
-                    lambda r: abs(rotation(r, CONVEX)) / sum(abs(rotation(r, body)) for body in ALONE)
-                ),
-            ),
-        ),
+        (_mostly_convex,),
         side_by_side(_rotation_panels),
         labelled(
             "rotation · E L²",
@@ -412,4 +342,4 @@ OF_BODIES = (
     ),
 )
 
-STATEMENTS = (*NN, *TANGENTIAL, *OF_BODIES)
+STATEMENTS = (*NN, *TANGENTIAL, *SINGLE_BODIES)

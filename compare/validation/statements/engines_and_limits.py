@@ -13,7 +13,7 @@ from approx.halfspace import HalfSpace
 from compare.report.charts import Panel, make_curves
 from compare.report.looks import ics_symbol
 from compare.validation.statements.curves import ACROSS, BESIDE, BODIES, INDEPENDENT, Curve, per_body
-from compare.validation.statements.frame import SATISFACTORY, Measure, Statement, below
+from compare.validation.statements.frame import SATISFACTORY, Statement, Values, below
 from compare.validation.statements.runs import GEOMETRIES, Runs
 from femic.reference.job import component_of
 from femic.results.ics import Results, engine_differences, ics_measure, reference_ics, select_ics
@@ -27,34 +27,29 @@ from geometries.surfaces import LOWER, UPPER
 COMPARED_VARIANTS = ("A", "B", "Bbar", "Bhat")
 
 
-def error_change(first: Array, second: Array) -> float:
-    """Return the largest change of the errors of approximations from one Poisson's ratio to the other."""
-    return float(np.max(np.abs(second - first)))
+def _errors_by_nu(runs: Runs) -> Iterator[tuple[str, Array, Array]]:
+    """Yield geometry, body and component, and errors of variants at the own and at the other ratio."""
+    for name, body, component in product(GEOMETRIES, BODIES, INDEPENDENT):
+        own, other = (
+            np.array([Curve(results, body, component).error(v) for v in COMPARED_VARIANTS])
+            for results in (runs.geometry(name), runs.other_nu(name))
+        )
+        yield f"{name}, {body}, {component}", own, other
 
 
-def regret(first: Array, second: Array) -> float:
-    """Return error minus best error at the other Poisson's ratio, of the variant that is best at its own."""
-    return float(second[np.argmin(first)] - np.min(second))
+@below(SATISFACTORY, "change", "largest change of the error of A, B, B̄ or B̂ with ν")
+def _change(runs: Runs) -> Values:
+    return {case: float(np.max(np.abs(other - own))) for case, own, other in _errors_by_nu(runs)}
 
 
-def with_other_nu(number: Callable[[Array, Array], float]) -> Measure:
-    """Measure a number of errors at a geometry's own and the other Poisson's ratio, by body and component."""
-
-    def measure(runs: Runs) -> Mapping[str, float]:
-        measured = {}
-        for name, body, component in product(GEOMETRIES, BODIES, INDEPENDENT):
-            own, other = (
-                np.array([Curve(results, body, component).error(v) for v in COMPARED_VARIANTS])
-                for results in (runs.geometry(name), runs.other_nu(name))
-            )
-            measured[f"{name}, {body}, {component}"] = number(own, other)
-        return measured
-
-    return measure
+@below(
+    SATISFACTORY, "order", "error of the variant that is best at this ν, minus the best error, at the other ν"
+)
+def _order(runs: Runs) -> Values:
+    return {case: float(other[np.argmin(own)] - np.min(other)) for case, own, other in _errors_by_nu(runs)}
 
 
 def _nu_panels(runs: Runs) -> Iterator[Panel]:
-    """Return panels of C and B at both Poisson's ratios."""
     places = (("combined", "nn", BESIDE), ("combined", "xn", BESIDE), ("lower", "sn", ACROSS))
     for name, place in product(GEOMETRIES, places):
         other = Curve(runs.other_nu(name), *place)
@@ -84,7 +79,7 @@ def mix_over_best(pooled: Callable[[Array], float]) -> Callable[[Results, str], 
     return ratio
 
 
-def mean_errors(runs: Runs) -> Mapping[str, float]:
+def mean_errors(runs: Runs) -> Values:
     """Return the mean error over the components of every variant, by geometry and body."""
     return {
         f"mean error of {ics_symbol(variant)}: {name}, {body}": float(np.mean(errors))
@@ -109,7 +104,7 @@ def largest_ratios(deviations: Mapping[str, Array], estimates: Mapping[str, Arra
     return np.max([deviations[line] / np.maximum(estimates[line], TINY) for line in deviations], axis=0)
 
 
-def engine_agreement(runs: Runs) -> Mapping[str, float]:
+def engine_agreement(runs: Runs) -> Values:
     """Return differences of the engines over the sum of their estimates, by geometry, body and component."""
     ratios: dict[str, float] = {}
     for name, body in product(GEOMETRIES, BODIES):
@@ -118,7 +113,7 @@ def engine_agreement(runs: Runs) -> Mapping[str, float]:
     return ratios
 
 
-def engine_details(runs: Runs) -> Mapping[str, float]:
+def engine_details(runs: Runs) -> Values:
     """Return the largest estimates and the largest differences of the engines, by geometry and body [-]."""
     details = {}
     for name, body in product(GEOMETRIES, BODIES):
@@ -147,7 +142,7 @@ NU = (0.0, 0.28, 0.5)
 CYLINDERS = {"cavity": UPPER, "solid cylinder": LOWER}
 
 
-def variant_deviations(runs: Runs) -> Mapping[str, float]:
+def variant_deviations(runs: Runs) -> Values:
     """Return the largest deviation of each variant from A on the plane, as a share of the largest IC."""
     plane = runs.plane()
 
@@ -218,6 +213,34 @@ def cylinder_ics(side: int, nu: float, alpha: Array, *, factor: bool = True) -> 
     return exact, np.einsum("ik...,kj...->ij...", a, rotation)
 
 
+@below(1.0, "plane", "plane: largest |C - A| / estimate of C")
+def _plane(runs: Runs) -> Values:
+    return {body: error_over_estimate(runs.plane(), body) for body in BODIES}
+
+
+@below(
+    0.01,
+    "nearly plane",
+    "arc of 1000 reference lengths: |C - A| on a line, of max |A_ij|, of max |A_nn| if A_ij is 0",
+)
+def _nearly_plane(runs: Runs) -> Values:
+    return {body: deviation_from_limit(runs.nearly_plane(), body) for body in BODIES}
+
+
+@below(HALF_SPACE, "point loads", "A at 1e5 patches: relative deviation from point loads")
+def _point_loads(_: Runs) -> Values:
+    return {f"ν = {nu:g}": far_field_error(nu) for nu in NU}
+
+
+@below(
+    SAME_NUMBER,
+    "cylinder",
+    "B of line loads with the factor (π - |α|) / π: relative deviation from cavity or cylinder",
+)
+def _cylinder(_: Runs) -> Values:
+    return {f"{body}, ν = {nu:g}": cylinder_error(side, nu) for body, side in CYLINDERS.items() for nu in NU}
+
+
 def _limit_panels(runs: Runs) -> Iterator[Panel]:
     plane, nearly = runs.plane(), runs.nearly_plane()
     for results, component in ((plane, "nn"), (plane, "sn"), (nearly, "sn")):
@@ -239,20 +262,7 @@ STATEMENTS = (
     Statement(
         11,
         "ν = 0.28 or 0.30 makes no difference that matters to the comparison.",
-        (
-            below(
-                SATISFACTORY,
-                "change",
-                "largest change of the error of A, B, B̄ or B̂ with ν",
-                with_other_nu(error_change),
-            ),
-            below(
-                SATISFACTORY,
-                "order",
-                "error of the variant that is best at this ν, minus the best error, at the other ν",
-                with_other_nu(regret),
-            ),
-        ),
+        (_change, _order),
         _nu_panels,
         columns=3,
     ),
@@ -260,17 +270,11 @@ STATEMENTS = (
         12,
         "The mix beats each single variant.",
         (
-            below(
-                1.0,
-                "worst",
-                "worst error of a component: mix over the best single variant",
-                per_body(mix_over_best(np.max), fitted=True),
+            below(1.0, "worst", "worst error of a component: mix over the best single variant")(
+                per_body(mix_over_best(np.max), fitted=True)
             ),
-            below(
-                1.0,
-                "mean",
-                "mean error over the components: likewise",
-                per_body(mix_over_best(np.mean), fitted=True),
+            below(1.0, "mean", "mean error over the components: likewise")(
+                per_body(mix_over_best(np.mean), fitted=True)
             ),
         ),
         _mix_panels,
@@ -281,11 +285,8 @@ STATEMENTS = (
         14,
         "Both engines agree within their estimates on every component, body and geometry.",
         [
-            below(
-                1.0,
-                "apart",
-                "largest |difference| / (sum of both estimates) of a component",
-                engine_agreement,
+            below(1.0, "apart", "largest |difference| / (sum of both estimates) of a component")(
+                engine_agreement
             )
         ],
         _engine_panels,
@@ -297,35 +298,8 @@ STATEMENTS = (
         "Limits are met: the plane by every variant and by C, a nearly plane contour by C, point loads by A, "
         "the cylinder by B.",
         (
-            below(SAME_NUMBER, "variants", "plane: largest error of a variant against A", variant_deviations),
-            below(
-                1.0,
-                "plane",
-                "plane: largest |C - A| / estimate of C",
-                lambda runs: {body: error_over_estimate(runs.plane(), body) for body in BODIES},
-            ),
-            below(
-                0.01,
-                "nearly plane",
-                "arc of 1000 reference lengths: |C - A| on a line, of max |A_ij|, of max |A_nn| if A_ij is 0",
-                lambda runs: {body: deviation_from_limit(runs.nearly_plane(), body) for body in BODIES},
-            ),
-            below(
-                HALF_SPACE,
-                "point loads",
-                "A at 1e5 patches: relative deviation from point loads",
-                lambda _: {f"ν = {nu:g}": far_field_error(nu) for nu in NU},
-            ),
-            below(
-                SAME_NUMBER,
-                "cylinder",
-                "B of line loads with the factor (π - |α|) / π: relative deviation from cavity or cylinder",
-                lambda _: {
-                    f"{body}, ν = {nu:g}": cylinder_error(side, nu)
-                    for body, side in CYLINDERS.items()
-                    for nu in NU
-                },
-            ),
+            below(SAME_NUMBER, "variants", "plane: largest error of a variant against A")(variant_deviations),
+            *(_plane, _nearly_plane, _point_loads, _cylinder),
         ),
         _limit_panels,
         columns=3,

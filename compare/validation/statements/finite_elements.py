@@ -16,7 +16,7 @@ import xarray as xr
 from compare.pages.finite_elements import deviations, differences, estimates, relative_estimates
 from compare.report.charts import Curve, Panel, make_curves
 from compare.report.looks import ics_symbol
-from compare.validation.statements.frame import SATISFACTORY, Measure, Statement, below
+from compare.validation.statements.frame import SATISFACTORY, Measure, Statement, Values, below
 from compare.validation.statements.runs import Contacts, Runs
 from femic.contact.finite_elements import FEWEST
 from femic.contact.pairs.ics import C
@@ -31,6 +31,7 @@ CENTRED = Contacts("wide", (660e3, 5300e3))  # patches over 39 and 77 degrees
 AT_ALL_ANGLES = Contacts("tall", (7.4e3, 58e3, 310e3), cells=FEWEST)  # over 46, 79 and 109 degrees
 # touching first where the rail inclines by 61 deg
 BESIDE = Contacts("tall", (58e3,), shift=0.1, cells=FEWEST)
+SERIES = AT_ALL_ANGLES, CENTRED
 
 # --- 22, 23, 43: numbers of contacts --------------------------------------------------------------------
 
@@ -41,7 +42,7 @@ def beyond_estimate(contacts: Contacts, *names: str, over: str = "number") -> Me
     As shares of the "number"; of one that vanishes by symmetry, of the "load", or in its "unit".
     """
 
-    def measure(runs: Runs) -> Mapping[str, float]:
+    def measure(runs: Runs) -> Values:
         dataset, measured = runs.fe_contact(contacts), dict[str, float]()
         for name in names:
             if over == "number":
@@ -59,7 +60,7 @@ def beyond_estimate_everywhere(*names: str) -> Measure:
     """Measure the same of both pairs."""
     return lambda runs: {
         f"{contacts.scene}, {case}": value
-        for contacts in (AT_ALL_ANGLES, CENTRED)
+        for contacts in SERIES
         for case, value in beyond_estimate(contacts, *names)(runs).items()
     }
 
@@ -70,31 +71,29 @@ def deviation_details(contacts: Contacts) -> Measure:
     They are shares of the numbers by finite elements, except for numbers that vanish by symmetry.
     """
 
-    def measure(runs: Runs) -> Mapping[str, float]:
+    def measure(runs: Runs) -> Values:
         dataset, details = runs.fe_contact(contacts), dict[str, float]()
         for name in (*OF_PATCH, APPROACH, *(OF_PLACE if contacts.shift else ())):
             in_unit = name in OF_PLACE
             deviation = (differences if in_unit else deviations)(dataset, name)
             estimate = (estimates if in_unit else relative_estimates)(dataset, name)
             for k, case in enumerate(case_names(dataset)):
-                details |= {
-                    f"{case}, {name} by {ics_symbol(ics)}": float(deviation.sel(ics=ics)[k])
-                    for ics in map(str, deviation.ics.values)
-                }
+                for ics in map(str, deviation.ics.values):
+                    details[f"{case}, {name} by {ics_symbol(ics)}"] = float(deviation.sel(ics=ics)[k])
                 details[f"{case}, {name}: estimate of FE"] = float(estimate[k])
         return details
 
     return measure
 
 
-def angle_details(runs: Runs) -> Mapping[str, float]:
+def _angle_details(runs: Runs) -> Values:
     """Return deviations of all ICs, the angle by finite elements, and how much an edge off by 1 % turns.
 
     On a sharply curved part of a contour a small error of the edge is a large one of the angle: the last
     number is the relative change of the angle over that of the half-length b.
     """
     details: dict[str, float] = {}
-    for contacts in (AT_ALL_ANGLES, CENTRED):
+    for contacts in SERIES:
         scene, dataset = contacts.scene, runs.fe_contact(contacts)
         details |= {f"{scene}, {case}": v for case, v in deviation_details(contacts)(runs).items()}
         for k, case in enumerate(case_names(dataset)):
@@ -124,22 +123,16 @@ def pressure_panels(contacts: Contacts) -> Callable[[Runs], Iterable[Panel]]:
     return panels
 
 
-def angle_panels(runs: Runs) -> list[Panel]:
-    """Return deviations of p_max over the angle, and pressures across the patches."""
-    panels = []
-    for contacts in (AT_ALL_ANGLES, CENTRED):
+def _angle_panels(runs: Runs) -> Iterator[Panel]:
+    """Yield deviations of p_max over the angle, and pressures across the patches."""
+    for contacts in SERIES:
         dataset = runs.fe_contact(contacts)
-        deviation = deviations(dataset, "p_max")
+        deviation, angle = deviations(dataset, "p_max"), dataset["angle"].sel(ics=FE).values
         by_ics = {ics_symbol(ics): deviation.sel(ics=ics).values for ics in map(str, deviation.ics.values)}
-        panels.append(
-            Panel(
-                contacts.scene,
-                "Δδ by finite elements [rad]",
-                "p_max over that by finite elements, less 1 [-]",
-                make_curves(dataset["angle"].sel(ics=FE).values, by_ics),
-            )
-        )
-    return [*panels, *pressure_panels(AT_ALL_ANGLES)(runs), *pressure_panels(CENTRED)(runs)]
+        label = "p_max over that by finite elements, less 1 [-]"
+        yield Panel(contacts.scene, "Δδ by finite elements [rad]", label, make_curves(angle, by_ics))
+    for contacts in SERIES:
+        yield from pressure_panels(contacts)(runs)
 
 
 # --- 24: size of elements -------------------------------------------------------------------------------
@@ -159,22 +152,18 @@ def on_elements(runs: Runs) -> Mapping[int, xr.Dataset]:
 def change_beyond_estimates(name: str) -> Measure:
     """Measure the change of a number from grid to grid beyond both estimates, as a share of it."""
 
-    def measure(runs: Runs) -> Mapping[str, float]:
+    def measure(runs: Runs) -> Values:
         with_c = {n: dataset.sel(ics="C") for n, dataset in on_elements(runs).items()}
-        estimate = f"estimate_{name}"
-        return {
-            f"{few} and {many} elements, {name}": float(
-                abs(coarse[name] - fine[name]) - coarse[estimate] - fine[estimate]
-            )
-            / float(fine[name])
-            for (few, coarse), (many, fine) in pairwise(with_c.items())
-        }
+        estimate, measured = f"estimate_{name}", dict[str, float]()
+        for (few, coarse), (many, fine) in pairwise(with_c.items()):
+            beyond = abs(coarse[name] - fine[name]) - coarse[estimate] - fine[estimate]
+            measured[f"{few} and {many} elements, {name}"] = float(beyond) / float(fine[name])
+        return measured
 
     return measure
 
 
-def element_details(runs: Runs) -> Mapping[str, float]:
-    """Return the numbers with C."""
+def _element_details(runs: Runs) -> Values:
     return {
         f"{n} elements, {name} [{dataset[name].units}]": float(dataset[name].sel(ics="C"))
         for n, dataset in on_elements(runs).items()
@@ -182,7 +171,7 @@ def element_details(runs: Runs) -> Mapping[str, float]:
     }
 
 
-def element_panels(runs: Runs) -> list[Panel]:
+def _element_panels(runs: Runs) -> list[Panel]:
     """Return approaches with C and with B-hat over the number of elements, and the estimate with C."""
     names = ["approach", "estimate_approach"]
     contacts = xr.concat([dataset[names] for dataset in on_elements(runs).values()], "n")
@@ -192,8 +181,6 @@ def element_panels(runs: Runs) -> list[Panel]:
 
 
 # --- 33: the rigid part of approaches -------------------------------------------------------------------
-
-RIGID_SERIES = (CENTRED, AT_ALL_ANGLES)
 
 
 def rigid_parts(dataset: xr.Dataset, ics: str = C) -> Array:
@@ -219,10 +206,15 @@ def non_rigid_share(dataset: xr.Dataset, ics: str = C) -> Array:
     return np.asarray(np.abs(parts - known * load) / dataset[APPROACH].sel(ics=ics).values)
 
 
-def non_rigid_beyond_estimate(runs: Runs) -> Mapping[str, float]:
-    """Measure what is not rigid in the differences with C, less the estimate of finite elements."""
+@below(
+    AGREES,
+    "proportional",
+    "|difference of the approach with C less the compliance at the other loads times the load| "
+    "over the approach, minus the estimate of finite elements",
+)
+def _proportional(runs: Runs) -> Values:
     measured: dict[str, float] = {}
-    for contacts in RIGID_SERIES:
+    for contacts in reversed(SERIES):
         dataset = runs.fe_contact(contacts)
         known = estimates(dataset, APPROACH).values / dataset[APPROACH].sel(ics=FE).values
         beyond = zip(contacts.loads, non_rigid_share(dataset) - np.abs(known), strict=True)
@@ -230,19 +222,19 @@ def non_rigid_beyond_estimate(runs: Runs) -> Mapping[str, float]:
     return measured
 
 
-def off_mzz(runs: Runs) -> Mapping[str, float]:
-    """Measure |compliance over M_zz of both bodies - 1|."""
-    datasets = {contacts.scene: runs.fe_contact(contacts) for contacts in RIGID_SERIES}
+@below(SATISFACTORY, "rigid", "|compliance of all loads over M_zz of both bodies - 1|")
+def _rigid(runs: Runs) -> Values:
+    datasets = {contacts.scene: runs.fe_contact(contacts) for contacts in reversed(SERIES)}
     return {
         scene: abs(rigid_compliance(dataset) / float(dataset.rigid_compliance) - 1)
         for scene, dataset in datasets.items()
     }
 
 
-def rigid_details(runs: Runs) -> Mapping[str, float]:
+def _rigid_details(runs: Runs) -> Values:
     """Return the rigid parts by load, and compliances with all ICs."""
     details: dict[str, float] = {}
-    for contacts in RIGID_SERIES:
+    for contacts in reversed(SERIES):
         scene, dataset = contacts.scene, runs.fe_contact(contacts)
         details[f"{scene}: M_zz of both bodies [mm/MN]"] = 1e6 * float(dataset.rigid_compliance)
         for ics in (str(name) for name in dataset.ics.values if name != FE):
@@ -256,9 +248,9 @@ def rigid_details(runs: Runs) -> Mapping[str, float]:
     return details
 
 
-def rigid_panels(runs: Runs) -> Iterator[Panel]:
-    """Return differences over the load with all ICs, and M_zz times the load, a panel per pair."""
-    for contacts in RIGID_SERIES:
+def _rigid_panels(runs: Runs) -> Iterator[Panel]:
+    """Yield differences over the load with all ICs, and M_zz times the load, a panel per pair."""
+    for contacts in reversed(SERIES):
         dataset, load = runs.fe_contact(contacts), np.array(contacts.loads) / 1e3
         names = [str(name) for name in dataset.ics.values if name != FE]
         curves = make_curves(load, {ics_symbol(name): rigid_parts(dataset, name) for name in names})
@@ -275,17 +267,13 @@ STATEMENTS = (
             below(
                 AGREES,
                 "patch",
-                f"{CENTRED.scene}: a, b, Δδ, p_max with C: deviation from finite elements minus "
-                "their estimate",
-                beyond_estimate(CENTRED, *OF_PATCH),
-            ),
+                "wide: a, b, Δδ, p_max with C: deviation from finite elements minus their estimate",
+            )(beyond_estimate(CENTRED, *OF_PATCH)),
             below(
                 AGREES,
                 "approach",
-                f"{CENTRED.scene}: approach with C, likewise; without M_zz of both bodies, and "
-                "nothing fitted",
-                beyond_estimate(CENTRED, APPROACH),
-            ),
+                "wide: approach with C, likewise; without M_zz of both bodies, and nothing fitted",
+            )(beyond_estimate(CENTRED, APPROACH)),
         ),
         pressure_panels(CENTRED),
         deviation_details(CENTRED),
@@ -299,26 +287,18 @@ STATEMENTS = (
                 "pressure",
                 f"{BESIDE.scene}, upper body moved by {BESIDE.shift:g} mm: p_max with C: deviation from "
                 "finite elements minus their estimate",
-                beyond_estimate(BESIDE, "p_max"),
+            )(beyond_estimate(BESIDE, "p_max")),
+            below(AGREES_FORCE, "force", "lateral force with C, likewise, over the load")(
+                beyond_estimate(BESIDE, "F_y", over="load")
             ),
-            below(
-                AGREES_FORCE,
-                "force",
-                "lateral force with C, likewise, over the load",
-                beyond_estimate(BESIDE, "F_y", over="load"),
-            ),
-            below(
-                AGREES_CENTRE,
-                "centre",
-                "centre of pressure with C, likewise [mm]",
-                beyond_estimate(BESIDE, "s_centre", over="unit"),
+            below(AGREES_CENTRE, "centre", "centre of pressure with C, likewise [mm]")(
+                beyond_estimate(BESIDE, "s_centre", over="unit")
             ),
             below(
                 AGREES,
                 "approach",
                 "approach with C, likewise, as a share; without M_zz of both bodies, and nothing fitted",
-                beyond_estimate(BESIDE, APPROACH),
-            ),
+            )(beyond_estimate(BESIDE, APPROACH)),
         ),
         pressure_panels(BESIDE),
         deviation_details(BESIDE),
@@ -331,47 +311,31 @@ STATEMENTS = (
                 SAME,
                 name,
                 f"{SCENE}, {LOAD:g} N: change of {name} from grid to grid minus both estimates, as a share",
-                change_beyond_estimates(name),
-            )
+            )(change_beyond_estimates(name))
             for name in NUMBERS
         ],
-        element_panels,
-        element_details,
+        _element_panels,
+        _element_details,
     ),
     Statement(
         33,
         "Approaches by finite elements and with ICs differ by a rigid part (section 6.1).",
-        (
-            below(
-                AGREES,
-                "proportional",
-                "|difference of the approach with C less the compliance at the other loads times the load| "
-                "over the approach, minus the estimate of finite elements",
-                non_rigid_beyond_estimate,
-            ),
-            below(SATISFACTORY, "rigid", "|compliance of all loads over M_zz of both bodies - 1|", off_mzz),
-        ),
-        rigid_panels,
-        rigid_details,
+        (_proportional, _rigid),
+        _rigid_panels,
+        _rigid_details,
     ),
     Statement(
         43,
         "Contact with C agrees with contact of two meshed bodies at all angles, on both pairs.",
         (
             below(
-                AGREES,
-                "patch",
-                "a, b, Δδ, p_max with C: deviation from finite elements minus their estimate",
-                beyond_estimate_everywhere(*OF_PATCH),
-            ),
-            below(
-                AGREES,
-                "approach",
-                "approach with C, likewise; without M_zz of both bodies",
-                beyond_estimate_everywhere(APPROACH),
+                AGREES, "patch", "a, b, Δδ, p_max with C: deviation from finite elements minus their estimate"
+            )(beyond_estimate_everywhere(*OF_PATCH)),
+            below(AGREES, "approach", "approach with C, likewise; without M_zz of both bodies")(
+                beyond_estimate_everywhere(APPROACH)
             ),
         ),
-        angle_panels,
-        angle_details,
+        _angle_panels,
+        _angle_details,
     ),
 )

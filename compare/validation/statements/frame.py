@@ -58,7 +58,8 @@ def ratio(one: float, other: float) -> float:
 # --- criteria and statements ----------------------------------------------------------------------------
 
 
-Measure = Callable[[Any], Mapping[str, float]]  # a number in all of its cases, from `runs.Runs`
+Values = Mapping[str, float]  # a number in all of its cases
+Measure = Callable[[Any], Values]  # from `runs.Runs`
 
 
 @dataclass(frozen=True)
@@ -84,14 +85,14 @@ class Criterion:
         return bool(abs(value - self.threshold) <= accuracy)
 
 
-def below(threshold: float, name: str, description: str, measure: Measure) -> Criterion:
-    """Return the criterion that a number is smaller than a threshold."""
-    return Criterion(name, description, "<", threshold, measure)
+def below(threshold: float, name: str, description: str) -> Callable[[Measure], Criterion]:
+    """Make what a function measures a criterion: it is smaller than a threshold in every case."""
+    return lambda measure: Criterion(name, description, "<", threshold, measure)
 
 
-def above(threshold: float, name: str, description: str, measure: Measure) -> Criterion:
-    """Return the criterion that a number is larger than a threshold."""
-    return Criterion(name, description, ">", threshold, measure)
+def above(threshold: float, name: str, description: str) -> Callable[[Measure], Criterion]:
+    """Make what a function measures a criterion: it is larger than a threshold in every case."""
+    return lambda measure: Criterion(name, description, ">", threshold, measure)
 
 
 def labelled(label: str, measure: Measure) -> Measure:
@@ -121,7 +122,7 @@ REPRODUCED, NOT_REPRODUCED, DEPENDS = "reproduced", "not reproduced", "depends"
 NOT_DECIDED = "not decided"
 
 
-def find_verdict(statement: Statement, values: Mapping[str, Mapping[str, float]]) -> str:
+def find_verdict(statement: Statement, values: Mapping[str, Values]) -> str:
     """Return the verdict on a statement, from the values of its criteria by name and case.
 
     Reproduced if every criterion is met in every case, not reproduced if none is met in any case; otherwise

@@ -22,7 +22,7 @@ from femic.contact.motions.rolling import scaled_force
 from femic.contact.pairs.ics import NONE_GIVEN, C, GivenICs
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
-from femic.results.contact import reference_ics
+from femic.results.contact import compared_ics, reference_ics
 from femic.scenes.load import load_scene
 from geometries.arrays import Array
 from geometries.patches import Grid
@@ -89,74 +89,77 @@ def largest_curve_distance(dataset: xr.Dataset, friction: float, ics: str) -> fl
     return Estimated(float(at.largest), float(at.estimate_largest))
 
 
-def with_estimate(difference: Distance) -> Distance:
-    """Make a difference of contacts to those with C a distance: its size, with its estimated error."""
+def with_estimate(difference: Callable[[xr.Dataset, str, str], float]) -> Distance:
+    """Make a difference to contacts with C a distance: its size, with its estimated error.
+
+    The difference is one of contacts at a coefficient of friction, of some ICs to C by their names.
+    """
 
     @wraps(difference)
     def distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
-        both = list(dict.fromkeys((ics, reference_ics(dataset))))
-        compared = dataset.sel(friction=[friction], ics=both)
-        known = estimate_of_difference(compared, lambda c: xr.DataArray(difference(c, friction, ics)))
-        return Estimated(abs(difference(compared, friction, ics)), float(known))
+        c = reference_ics(dataset)
+        compared = dataset.sel(friction=[friction], ics=list(dict.fromkeys((ics, c))))
+
+        def apart(contacts: xr.Dataset) -> xr.DataArray:
+            return xr.DataArray(difference(contacts.sel(friction=friction), ics, c))
+
+        known = estimate_of_difference(compared, apart)
+        return Estimated(abs(float(apart(compared))), float(known))
 
     return distance
 
 
 @with_estimate
-def shift(dataset: xr.Dataset, friction: float, ics: str) -> float:
+def shift(at: xr.Dataset, ics: str, c: str) -> float:
     """Return the difference of the creepages without force, times the slope with C, over friction load."""
-    at, by_c = dataset.sel(friction=friction), reference_ics(dataset)
-    scale = at.slope.sel(ics=by_c) / (friction * dataset.attrs["load"])
-    return float((at.zero_creepage.sel(ics=ics) - at.zero_creepage.sel(ics=by_c)) * scale)
+    scale = at.slope.sel(ics=c) / (at.friction * at.attrs["load"])
+    return float((at.zero_creepage.sel(ics=ics) - at.zero_creepage.sel(ics=c)) * scale)
 
 
 @with_estimate
-def left_after_shift(dataset: xr.Dataset, friction: float, ics: str) -> float:
+def left_after_shift(at: xr.Dataset, ics: str, c: str) -> float:
     """Return the share of a curve's distance that is left when it is moved to C's creepage without force.
 
     The curve of these ICs is interpolated between its creepages, and compared where both are known.
     """
-    at, reference = dataset.sel(friction=friction), reference_ics(dataset)
-    force = scaled_force(at.assign_coords(friction=friction))
-    with_c, own = (force.sel(ics=name).dropna("xi") for name in (reference, ics))
+    with_c, own = (scaled_force(at).sel(ics=name).dropna("xi") for name in (c, ics))
     if min(with_c.size, own.size) < 2:
         return np.nan
-    moved = float(at.zero_creepage.sel(ics=ics) - at.zero_creepage.sel(ics=reference))
+    moved = float(at.zero_creepage.sel(ics=ics) - at.zero_creepage.sel(ics=c))
     curve = PchipInterpolator(own.xi.values, own.values, extrapolate=False)
     apart, left = (curve(with_c.xi.values + move) - with_c.values for move in (0.0, moved))
     both = np.isfinite(apart) & np.isfinite(left)
     return rms(left[both]) / rms(apart[both])
 
 
-@with_estimate
-def line_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
-    """Return the distance of p_x on the centre line at equal force, over p_x with C; root mean squares."""
-    line = centre_line(dataset, friction)
-    by_c = line.sel(ics=reference_ics(dataset)).values
-    return rms(line.sel(ics=ics).values - by_c) / rms(by_c)
-
-
-@with_estimate
-def line_distance_over_bound(dataset: xr.Dataset, friction: float, ics: str) -> float:
-    """Return the distance of p_x on the centre line at equal force, over friction times pressure with C."""
-    line, by_c = centre_line(dataset, friction), reference_ics(dataset)
-    pressures = dataset.p.sel(friction=friction, direction="n", ics=by_c).interp(s=0.0).values
-    return rms((line.sel(ics=ics) - line.sel(ics=by_c)).values) / (friction * rms(pressures))
-
-
-def centre_line(dataset: xr.Dataset, friction: float) -> xr.DataArray:
+def centre_line(at: xr.Dataset) -> xr.DataArray:
     """Return p_x [MPa] at s = 0 at equal force, by ICs and x."""
-    return dataset.p.sel(friction=friction, direction="x").interp(s=0.0)
+    return at.p.sel(direction="x").interp(s=0.0)
+
+
+@with_estimate
+def line_distance(at: xr.Dataset, ics: str, c: str) -> float:
+    """Return the distance of p_x on the centre line at equal force, over p_x with C; root mean squares."""
+    line, by_c = (centre_line(at).sel(ics=name).values for name in (ics, c))
+    return rms(line - by_c) / rms(by_c)
+
+
+@with_estimate
+def line_distance_over_bound(at: xr.Dataset, ics: str, c: str) -> float:
+    """Return the distance of p_x on the centre line at equal force, over friction times pressure with C."""
+    line, by_c = (centre_line(at).sel(ics=name).values for name in (ics, c))
+    pressures = at.p.sel(direction="n", ics=c).interp(s=0.0).values
+    return rms(line - by_c) / (float(at.friction) * rms(pressures))
 
 
 def traction_distance_along(*directions: str) -> Distance:
     """Measure the distance of tangential tractions over friction times pressure with C; root mean squares."""
 
-    def difference(dataset: xr.Dataset, friction: float, ics: str) -> float:
-        p = dataset.p.sel(friction=friction)
-        by_c = p.sel(ics=reference_ics(dataset))
-        apart = (p.sel(ics=ics) - by_c).sel(direction=list(directions)).values
-        return float(np.linalg.norm(apart) / (friction * np.linalg.norm(by_c.sel(direction="n").values)))
+    def difference(at: xr.Dataset, ics: str, c: str) -> float:
+        by_c = at.p.sel(ics=c)
+        apart = (at.p.sel(ics=ics) - by_c).sel(direction=list(directions)).values
+        bound = float(at.friction) * np.linalg.norm(by_c.sel(direction="n").values)
+        return float(np.linalg.norm(apart) / bound)
 
     return with_estimate(difference)
 
@@ -175,10 +178,10 @@ def sliding_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
 
 
 @with_estimate
-def pressure_distance(dataset: xr.Dataset, friction: float, ics: str) -> float:
+def pressure_distance(at: xr.Dataset, ics: str, c: str) -> float:
     """Return |p_max / p_max with C - 1| of rolling at no creepage."""
-    p_max = dataset.p_max.sel(friction=friction, xi=0.0)
-    return float(p_max.sel(ics=ics) / p_max.sel(ics=reference_ics(dataset)) - 1)
+    p_max = at.p_max.sel(xi=0.0)
+    return float(p_max.sel(ics=ics) / p_max.sel(ics=c) - 1)
 
 
 # --- numbers of criteria --------------------------------------------------------------------------------
@@ -192,6 +195,16 @@ def case(friction: float, ics: str) -> str:
 def by_symbol(values: xr.DataArray, ics: Sequence[str]) -> dict[str, Array]:
     """Return the values with some ICs, by their symbols, as charts draw them."""
     return {ics_symbol(name): values.sel(ics=name).values for name in ics}
+
+
+def distances_by_label(contacts: xr.Dataset, labels: Mapping[str, Distance]) -> dict[str, float]:
+    """Return distances of all ICs from C at each coefficient of friction, by their labels."""
+    return {
+        f"{label}: {case(friction, name)}": distance(contacts, friction, name)
+        for friction in FRICTIONS
+        for name in compared_ics(contacts)
+        for label, distance in labels.items()
+    }
 
 
 def measured(

@@ -20,6 +20,7 @@ from compare.validation.statements.frame import (
     Estimated,
     Measure,
     Statement,
+    Values,
     above,
     below,
     ratio,
@@ -69,8 +70,12 @@ def error_sizes(ics: Sequence[str], angles: Sequence[float]) -> Measure:
     }
 
 
-def tall_minus_wide(runs: Runs) -> Mapping[str, float]:
-    """Measure |error of A| on `tall` minus that on `wide` at equal angles."""
+@above(
+    0.0,
+    "tall minus wide",
+    "|error| of p_max, approach, a, b with A on tall minus wide, at Δδ of 30, 40 ... 100°",
+)
+def _tall_minus_wide(runs: Runs) -> Values:
     measured = {}
     for angle, name in product(ANGLES, NAMES):
         wide, tall = (
@@ -95,7 +100,7 @@ def bhat_over_b(cases: Sequence[tuple[str, str]]) -> Measure:
         errors = errors_at(series, ANGLES, ics, name)
         return Estimated(rms(np.array(errors)), rms(np.array([error.estimate for error in errors])))
 
-    def measure(runs: Runs) -> Mapping[str, float]:
+    def measure(runs: Runs) -> Values:
         measured = {}
         for pair, name in cases:
             bhat, b = (rms_error(runs.contact_series(pair), ics, name) for ics in ("Bhat", "B"))
@@ -105,8 +110,8 @@ def bhat_over_b(cases: Sequence[tuple[str, str]]) -> Measure:
     return measure
 
 
-def angle_deviations(runs: Runs) -> Mapping[str, float]:
-    """Measure |Δδ with C over the angle of the source - 1| under its loads."""
+@below(FOLLOWS, "angles", "|Δδ with C over the angle of the source - 1|")
+def _angle_deviations(runs: Runs) -> Values:
     measured = {}
     for case, series, load, angle in at_source_loads(runs):
         turned = series.angle_with_c(load)
@@ -133,7 +138,6 @@ def error_panels(ics: Sequence[str], angles: Sequence[float]) -> Callable[[Runs]
 
 
 def _pairs_panels(runs: Runs) -> Iterator[Panel]:
-    """Return panels of the errors of A on both pairs, by number."""
     for name in NAMES:
         errors = {pair: errors_at(runs.contact_series(pair), ANGLES, "A", name) for pair in PAIRS}
         curves = make_curves(ANGLES, {pair: 100 * np.abs(values) for pair, values in errors.items()})
@@ -160,21 +164,19 @@ def _angle_panels(runs: Runs) -> Iterator[Panel]:
         )
 
 
-def angle_details(runs: Runs) -> Mapping[str, float]:
+def _angle_details(runs: Runs) -> Values:
     """Return Δδ [deg] under the loads of the source with all ICs, with C also at the exact distance."""
-    details = {
-        f"{case}, Δδ with {ics_symbol(ics)} [deg]": series.angle(load, ics)
-        for case, series, load, _ in at_source_loads(runs)
-        for ics in ICS
-    }
+    details, exact_details = dict[str, float](), dict[str, float]()
     for case, series, load, _ in at_source_loads(runs):
+        for ics in ICS:
+            details[f"{case}, Δδ with {ics_symbol(ics)} [deg]"] = series.angle(load, ics)
+        exact = f"{case}, Δδ with C, exact distance [deg]"
         try:
             contact = series.solved(load, exact=True)
-            exact = patch_angle(contact.on_grid, contact.normal)
+            exact_details[exact] = patch_angle(contact.on_grid, contact.normal)
         except Failure:
-            exact = np.nan
-        details[f"{case}, Δδ with C, exact distance [deg]"] = exact
-    return details
+            exact_details[exact] = np.nan
+    return details | exact_details
 
 
 def load_details(angles: Sequence[float]) -> Measure:
@@ -209,7 +211,7 @@ def exact_details(angles: Sequence[float]) -> Measure:
     }
 
 
-def approach_details(runs: Runs) -> Mapping[str, float]:
+def _approach_details(runs: Runs) -> Values:
     """Return errors of the approach by A over that with C, and over C's with its rigid part.
 
     That is the convention that decides errors of approaches: the discount of C.
@@ -224,31 +226,27 @@ def approach_details(runs: Runs) -> Mapping[str, float]:
     return details
 
 
-def rigid_details(runs: Runs) -> Mapping[str, float]:
+def _rigid_details(runs: Runs) -> Values:
     """Return differences of approaches to C over the load [mm/MN], at angles of the patch.
 
     Where they are alike at all angles, the reference of approaches (a rigid motion) decides their sign.
     """
-    return {
-        f"{case}: (approach by {ics_symbol(ics)} - by C) / load [mm/MN]": 1e6
-        * (series.numbers(load, ics)["approach"] - series.numbers(load)["approach"])
-        / load
-        for case, series, load in at_angles(runs, ANGLES)
-        for ics in ("B", "Bhat")
-    }
+    details: dict[str, float] = {}
+    for case, series, load in at_angles(runs, ANGLES):
+        for ics in ("B", "Bhat"):
+            apart = series.numbers(load, ics)["approach"] - series.numbers(load)["approach"]
+            details[f"{case}: (approach by {ics_symbol(ics)} - by C) / load [mm/MN]"] = 1e6 * apart / load
+    return details
 
 
-ON_ERRORS = (
+ERRORS = (
     Statement(
         26,
         "A_nn is within 5 % of C up to Δδ of 40° in p_max, a, b and approach, in both pairs "
         "(section 6.1; a and b as far as the mesh tells them).",
         [
-            below(
-                SATISFACTORY,
-                "A",
-                "|error| of p_max, approach, a, b with A at Δδ of 20, 30, 40°",
-                error_sizes(("A",), SMALL_ANGLES),
+            below(SATISFACTORY, "A", "|error| of p_max, approach, a, b with A at Δδ of 20, 30, 40°")(
+                error_sizes(("A",), SMALL_ANGLES)
             )
         ],
         error_panels(("A",), (*SMALL_ANGLES, *ANGLES[2:])),
@@ -257,26 +255,16 @@ ON_ERRORS = (
     Statement(
         27,
         "At equal Δδ errors of A are larger on the tall pair than on the wide one (section 6.1).",
-        [
-            above(
-                0.0,
-                "tall minus wide",
-                "|error| of p_max, approach, a, b with A on tall minus wide, at Δδ of 30, 40 ... 100°",
-                tall_minus_wide,
-            )
-        ],
+        [_tall_minus_wide],
         _pairs_panels,
-        lambda runs: {**load_details(ANGLES)(runs), **approach_details(runs)},
+        lambda runs: {**load_details(ANGLES)(runs), **_approach_details(runs)},
     ),
     Statement(
         28,
         "B and B̂ are good in both pairs up to Δδ of about 100° (section 6.1; good: within 10 %, as in 17).",
         [
-            below(
-                GOOD,
-                "B, B̂",
-                "|error| of p_max, approach, a, b with B and B̂ at Δδ of 30, 40 ... 100°",
-                error_sizes(("B", "Bhat"), ANGLES),
+            below(GOOD, "B, B̂", "|error| of p_max, approach, a, b with B and B̂ at Δδ of 30, 40 ... 100°")(
+                error_sizes(("B", "Bhat"), ANGLES)
             )
         ],
         error_panels(("B", "Bhat"), ANGLES),
@@ -286,24 +274,21 @@ ON_ERRORS = (
         29,
         "B̂ is better than B, but for the approach on the tall pair (section 6.1).",
         (
-            below(
-                1.0,
-                "better",
-                "rms error of B̂ over that of B at Δδ of 30, 40 ... 100°",
-                bhat_over_b([case for case in product(PAIRS, NAMES) if case != (TALL, "approach")]),
+            below(1.0, "better", "rms error of B̂ over that of B at Δδ of 30, 40 ... 100°")(
+                bhat_over_b([case for case in product(PAIRS, NAMES) if case != (TALL, "approach")])
             ),
-            above(1.0, "approach", "the same of the approach on tall", bhat_over_b([(TALL, "approach")])),
+            above(1.0, "approach", "the same of the approach on tall")(bhat_over_b([(TALL, "approach")])),
         ),
         error_panels(("B", "Bhat"), ANGLES),
-        rigid_details,
+        _rigid_details,
     ),
     Statement(
         30,
         "Loads of 660, 5300 and 18 000 kN on the wide pair and of 7.4, 58 and 310 kN on the tall one give Δδ "
         "near 40, 80 and 110° (section 6.1; near: within 10 %).",
-        [below(FOLLOWS, "angles", "|Δδ with C over the angle of the source - 1|", angle_deviations)],
+        [_angle_deviations],
         _angle_panels,
-        angle_details,
+        _angle_details,
     ),
 )
 
@@ -369,7 +354,7 @@ def off_hertz(along: str) -> Measure:
     }
 
 
-def shape_details(runs: Runs) -> Mapping[str, float]:
+def _shape_details(runs: Runs) -> Values:
     """Return peakedness over that of Hertz and kurtosis of all profiles."""
     details: dict[str, float] = {}
     for pair in PAIRS:
@@ -420,7 +405,7 @@ def all_differences(runs: Runs) -> Iterator[tuple[str, Differences]]:
         yield f"both {angle:g}°", displacement_differences(runs, loads)
 
 
-def by_pressures(runs: Runs) -> Mapping[str, float]:
+def by_pressures(runs: Runs) -> Values:
     """Measure the largest difference under the pressures of `wide` over that of `tall`, on either patch."""
     return {
         f"{name}, patch of {patch}": cases[WIDE, patch].largest / cases[TALL, patch].largest
@@ -429,7 +414,7 @@ def by_pressures(runs: Runs) -> Mapping[str, float]:
     }
 
 
-def by_patch(runs: Runs) -> Mapping[str, float]:
+def by_patch(runs: Runs) -> Values:
     """Measure the largest difference on the patch of `tall` over that on `wide`, under equal pressures."""
     return {
         f"{name}, pressures of {pressures}": cases[pressures, TALL].largest / cases[pressures, WIDE].largest
@@ -438,9 +423,8 @@ def by_patch(runs: Runs) -> Mapping[str, float]:
     }
 
 
-def difference_details(runs: Runs) -> Mapping[str, float]:
-    """Return the largest differences, of the largest displacement with B-hat, and their range."""
-    details = {}
+def _difference_details(runs: Runs) -> Values:
+    details: dict[str, float] = {}
     for name, cases in all_differences(runs):
         for (pressures, patch), case in cases.items():
             label = f"{name}, pressures of {pressures} on {patch}"
@@ -464,29 +448,23 @@ def _difference_panels(runs: Runs) -> Iterator[Panel]:
         yield Panel(title, "s [mm]", label, make_curves(case.s[inside], curves))
 
 
-ON_SHAPES = (
+SHAPES = (
     Statement(
         31,
         "With the load, pressures along s grow more uniform on the wide pair and more peaked on the tall "
         "one; those along x stay near Hertz's and become slightly more peaked (section 6.1).",
         (
-            below(
-                0.0,
-                "uniform",
-                "along s, wide: change of largest over mean pressure from load to load",
-                peakedness_growth("s", (WIDE,)),
+            below(0.0, "uniform", "along s, wide: change of largest over mean pressure from load to load")(
+                peakedness_growth("s", (WIDE,))
             ),
-            above(0.0, "peaked", "along s, tall: the same", peakedness_growth("s", (TALL,))),
-            below(
-                FOLLOWS,
-                "near Hertz",
-                "along x: |largest over mean pressure, over 4/π of Hertz's, - 1|",
-                off_hertz("x"),
+            above(0.0, "peaked", "along s, tall: the same")(peakedness_growth("s", (TALL,))),
+            below(FOLLOWS, "near Hertz", "along x: |largest over mean pressure, over 4/π of Hertz's, - 1|")(
+                off_hertz("x")
             ),
-            above(0.0, "along x", "along x: change from load to load", peakedness_growth("x", PAIRS)),
+            above(0.0, "along x", "along x: change from load to load")(peakedness_growth("x", PAIRS)),
         ),
         _shape_panels,
-        shape_details,
+        _shape_details,
     ),
     Statement(
         32,
@@ -498,18 +476,14 @@ ON_SHAPES = (
                 "spread",
                 "largest |u_n by A - u_n by B̂| on a patch: under the pressures of wide, which spread more, "
                 "over those of tall",
-                by_pressures,
-            ),
-            above(
-                1.0,
-                "tall",
-                "the same on the patch of tall over that of wide, under equal pressures",
-                by_patch,
+            )(by_pressures),
+            above(1.0, "tall", "the same on the patch of tall over that of wide, under equal pressures")(
+                by_patch
             ),
         ),
         _difference_panels,
-        difference_details,
+        _difference_details,
     ),
 )
 
-STATEMENTS = (*ON_ERRORS, *ON_SHAPES)
+STATEMENTS = (*ERRORS, *SHAPES)

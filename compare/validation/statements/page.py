@@ -140,13 +140,11 @@ def run_entries(runs: Runs) -> Mapping[str, Entry]:
     for name, results in runs.done.items():
         estimate, weight = (
             max(
-                float(np.max(of_line))
+                float(np.max(shares))
                 for body in results.scene.compared
-                for of_line in scale(
-                    ics_measure(results, body), reference_ics(results, body).estimate
-                ).values()
+                for shares in of(ics_measure(results, body), reference_ics(results, body).estimate).values()
             )
-            for scale in (Measure.shares, Measure.weights)
+            for of in (Measure.shares, Measure.weights)
         )
         entries[name] = {
             "estimate": estimate,
@@ -270,7 +268,7 @@ def _answer(entries: Sequence[Entry]) -> Table:
 
 def _sections(panels: Mapping[int, Sequence[Panel]], content: dict[str, Any]) -> Iterator[Section | Folded]:
     entries = content["statements"]
-    heads: list[Column | str] = [*texts("statement"), "verdict", "criteria met"]
+    columns: list[Column | str] = [*texts("statement"), "verdict", "criteria met"]
     rows = [
         Row(
             str(entry["number"]),
@@ -282,7 +280,7 @@ def _sections(panels: Mapping[int, Sequence[Panel]], content: dict[str, Any]) ->
         )
         for entry in entries
     ]
-    yield Section("", [Table("#", heads, rows), Note(READING)])
+    yield Section("", [Table("#", columns, rows), Note(READING)])
     rows = [
         Row(str(change["number"]), [change["old"], change["verdict"] or "–", change["new"], change["why"]])
         for change in content["changes"]
@@ -293,29 +291,19 @@ def _sections(panels: Mapping[int, Sequence[Panel]], content: dict[str, Any]) ->
         number, verdict = entry["number"], entry["verdict"]
         blocks = list(_statement_blocks(entry, panels[number]))
         yield Section(f"{number}. {verdict}", blocks, COLOURS[verdict], f"s{number}")
-    columns = [
-        Column("estimate of C", "%"),
-        Column("of max |C_nn|", "%"),
-        Column("its models", "s"),
-        Column("unknowns of the largest"),
-    ]
+    heads = [Column("estimate of C", "%"), Column("of max |C_nn|", "%"), Column("its models", "s")]
+    heads.append(Column("unknowns of the largest"))
+    formats = {"estimate": ".2g", "weight": ".2g", "seconds": ".0f", "unknowns": ",d"}
+    percent = {"estimate": 100, "weight": 100}
     rows = [
-        Row(
-            name,
-            [
-                Cell(100 * run["estimate"], ".2g"),
-                Cell(100 * run["weight"], ".2g"),
-                Cell(run["seconds"], ".0f"),
-                Cell(run["unknowns"], ",d"),
-            ],
-        )
+        Row(name, [Cell(percent.get(key, 1) * run[key], form) for key, form in formats.items()])
         for name, run in content["runs"].items()
     ]
     settings = (
         f"Tolerance of C: {content['tolerance']}; total time: {content['seconds']} s, without models that "
         f"were in the store. {versions_text(content)}"
     )
-    yield Folded("The runs and their C", [Table("run", columns, rows), Note(settings)])
+    yield Folded("The runs and their C", [Table("run", heads, rows), Note(settings)])
 
 
 def _statement_blocks(entry: Entry, panels: Sequence[Panel]) -> Iterator[Block]:
@@ -332,35 +320,37 @@ def _statement_blocks(entry: Entry, panels: Sequence[Panel]) -> Iterator[Block]:
 
 
 def _criteria_table(criteria: Sequence[Entry]) -> Table:
-    """Return how many cases meet each criterion, the range of its numbers, and where it is not met."""
+    """Return how many cases meet each criterion, the range of its numbers, and where it is not met.
+
+    Cases furthest from the threshold come first, and those whose number is unknown before them.
+    """
     rows = []
     for criterion in criteria:
-        met, values = criterion["met"], criterion["values"]
+        met, threshold = criterion["met"], criterion["threshold"]
+        values = {case: _number(value) for case, value in criterion["values"].items()}
         fulfilled = sum(met.values())
         verdict = REPRODUCED if fulfilled == len(met) else DEPENDS if fulfilled else NOT_REPRODUCED
-        known = [value for value in values.values() if value is not None]
+        apart = {
+            case: np.nan_to_num(abs(value - threshold), nan=np.inf)
+            for case, value in values.items()
+            if not met[case]
+        }
+        unmet = [
+            f"{case}: {Cell(values[case], '.3g').text}{_close(criterion, case)}"
+            for case in sorted(apart, key=apart.__getitem__)[::-1]
+        ]
+        further = [f"{len(unmet) - MOST_UNMET} more"] if len(unmet) > MOST_UNMET else []
         cells: list[Cell | str] = [
-            f"{criterion['relation']} {criterion['threshold']:.3g}",
+            f"{criterion['relation']} {threshold:.3g}",
             Cell(f"{fulfilled} of {len(met)}", colour=COLOURS[verdict]),
-            range_text(known, ".3g") if known else "–",
-            _unmet_text(criterion),
+            "–" if np.all(np.isnan(list(values.values()))) else range_text(list(values.values()), ".3g"),
+            "; ".join([*unmet[:MOST_UNMET], *further]),
         ]
         rows.append(Row(criterion["says"], cells))
     columns = [*number_heads("must be", "met", "numbers"), *texts("not met, worst first")]
     if all(all(criterion["met"].values()) for criterion in criteria):
         columns, rows = columns[:-1], [Row(row.name, row.cells[:-1]) for row in rows]
     return Table("criterion", columns, rows)
-
-
-def _unmet_text(criterion: Entry) -> str:
-    """Return the cases in which a criterion is not met, those furthest from the threshold first."""
-    values = {case: _number(criterion["values"][case]) for case, met in criterion["met"].items() if not met}
-    distances = {case: abs(value - criterion["threshold"]) for case, value in values.items()}
-    # what is unknown is furthest
-    unmet = sorted(values, key=lambda case: np.nan_to_num(distances[case], nan=np.inf))[::-1]
-    listed = [f"{case}: {Cell(values[case], '.3g').text}{_close(criterion, case)}" for case in unmet]
-    further = [f"{len(unmet) - MOST_UNMET} more"] if len(unmet) > MOST_UNMET else []
-    return "; ".join([*listed[:MOST_UNMET], *further])
 
 
 def _number(value: float | None) -> float:

@@ -357,21 +357,18 @@ def by_regime(comparisons: Iterable[GridComparison]) -> dict[str, list[GridCompa
     return regimes
 
 
-def comparisons(study: Study, seed: int, ics: Sequence[str] = ICS) -> Iterator[GridComparison]:
-    """Yield random contacts, endlessly; contacts without a solution on one of the grids are left out."""
-    return (
-        comparison
-        for number in count()
-        if (comparison := compare_contact(study, seed, number, ics)) is not None
-    )
-
-
 def compare_contact(study: Study, seed: int, number: int, ics: Sequence[str] = ICS) -> GridComparison | None:
     """Return the random contact of a number; None where it has no solution on one of the grids."""
     try:
         return study(random_contact(seed, number, ics))
     except Failure:
         return None
+
+
+def comparisons(study: Study, seed: int, ics: Sequence[str] = ICS) -> Iterator[GridComparison]:
+    """Yield random contacts, endlessly; contacts without a solution on one of the grids are left out."""
+    found = (compare_contact(study, seed, number, ics) for number in count())
+    return (comparison for comparison in found if comparison is not None)
 
 
 def stored_comparisons(name: str, seed: int, count: int, options: RunOptions) -> list[GridComparison]:
@@ -383,9 +380,9 @@ def stored_comparisons(name: str, seed: int, count: int, options: RunOptions) ->
     numbers = range(round(SPARE * count))
     parts = {number: options.store.part(key, f"contact{number}") for number in numbers}
     missing = [number for number, part in parts.items() if part is None]
-    solve = partial(_compared_by_number, name, seed)
-    for done, (number, comparison) in enumerate(in_processes(solve, missing, options.workers), start=1):
-        parts[number] = arrays = _as_arrays(comparison)
+    solve = partial(_solve_numbered, name, seed)
+    for done, (number, arrays) in enumerate(in_processes(solve, missing, options.workers), start=1):
+        parts[number] = arrays
         options.store.put_part(key, f"contact{number}", arrays)
         options.watch.on_stage(f"  {name}: {done} of {len(missing)} random contacts")
     solved = []
@@ -399,17 +396,14 @@ def stored_comparisons(name: str, seed: int, count: int, options: RunOptions) ->
     return solved[:count]
 
 
-def _compared_by_number(name: str, seed: int, number: int) -> tuple[int, GridComparison | None]:
-    return number, compare_contact(STUDIES[name], seed, number)
-
-
-def _as_arrays(comparison: GridComparison | None) -> Arrays:
-    """Return the arrays of a comparison for the store; a marker where there is none."""
+def _solve_numbered(name: str, seed: int, number: int) -> tuple[int, Arrays]:
+    """Return a number and the arrays of its comparison for the store; a marker where there is none."""
+    comparison = compare_contact(STUDIES[name], seed, number)
     if comparison is None:
-        return {"none": np.zeros(0)}
+        return number, {"none": np.zeros(0)}
     names = list(comparison.numbers)
     rows = {key: np.array([getattr(comparison, key)[name] for name in names]) for key in ROWS}
-    return {"names": np.array(names), "regime": np.array(comparison.regime), **rows}
+    return number, {"names": np.array(names), "regime": np.array(comparison.regime), **rows}
 
 
 # --- the statement --------------------------------------------------------------------------------------
@@ -492,8 +486,7 @@ STATEMENTS = (
                     HELD,
                     f"held {study}",
                     f"share of {COUNTS[study]} random contacts, {study}, whose error is within its estimate",
-                    covered(study, "held"),
-                )
+                )(covered(study, "held"))
                 for study in STUDIES
             ),
             *(
@@ -501,8 +494,7 @@ STATEMENTS = (
                     USEFUL,
                     f"width {study}",
                     f"median of estimate over error of {COUNTS[study]} random contacts, {study}",
-                    covered(study, "median"),
-                )
+                )(covered(study, "median"))
                 for study in STUDIES
             ),
         ),

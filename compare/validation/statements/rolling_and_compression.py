@@ -13,6 +13,7 @@ from compare.validation.statements.friction_contacts import (
     HIGH,
     LOW,
     SINGLE,
+    Distance,
     between_frictions,
     by_symbol,
     case,
@@ -21,6 +22,7 @@ from compare.validation.statements.friction_contacts import (
     compression,
     curve_distance,
     distances,
+    distances_by_label,
     largest_curve_distance,
     left_after_shift,
     line_distance,
@@ -38,7 +40,6 @@ from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
 from femic.contact.motions.rolling import scaled_force
 from femic.contact.pairs.ics import C
-from femic.results.contact import compared_ics
 from geometries.arrays import Array
 from geometries.patches import N, X
 
@@ -52,15 +53,8 @@ CREEPAGE = "longitudinal creepage [1e-3]"
 # --- 34, 36: creep-force curves -------------------------------------------------------------------------
 
 
-def curve_details(runs: Runs) -> Mapping[str, float]:
-    """Return distances of curves from C and shifts of all ICs at each coefficient of friction."""
-    contacts = rolling(runs)
-    return {
-        f"{kind}: {case(friction, name)}": distance(contacts, friction, name)
-        for kind, distance in (("shift", shift), ("rms of curve", curve_distance))
-        for friction in FRICTIONS
-        for name in compared_ics(contacts)
-    }
+def _curve_details(runs: Runs) -> Mapping[str, float]:
+    return distances_by_label(rolling(runs), {"shift": shift, "rms of curve": curve_distance})
 
 
 def shrinking_details(runs: Runs) -> Mapping[str, float]:
@@ -97,7 +91,7 @@ def _difference_panel(runs: Runs, friction: float) -> Panel:
 def _line_panels(runs: Runs, frictions: Sequence[float] = (LOW,)) -> Iterator[Panel]:
     contacts = rolling(runs)
     for friction in frictions:
-        line = centre_line(contacts, friction)
+        line = centre_line(contacts.sel(friction=friction))
         line = line / float(np.max(np.abs(line.sel(ics="C").values)))
         yield Panel(
             f"friction {friction:g}, F_x = {contacts.attrs['equal_force']:g} friction load",
@@ -140,12 +134,8 @@ def line_details(runs: Runs) -> Mapping[str, float]:
     may be small, and a share of it large. With effective properties in xn alone the other components stay
     those of B-hat; in B-hat-prime they change sn, too.
     """
-    contacts, details = rolling(runs), dict[str, float]()
-    for friction in FRICTIONS:
-        for name in compared_ics(contacts):
-            at, bound = case(friction, name), line_distance_over_bound(contacts, friction, name)
-            details[f"over p_x: {at}"] = line_distance(contacts, friction, name)
-            details[f"over friction times pressure: {at}"] = bound
+    labels = {"over p_x": line_distance, "over friction times pressure": line_distance_over_bound}
+    details = distances_by_label(rolling(runs), labels)
     lines = lines_elsewhere(runs)
     for place, name in lines:
         if name != C:
@@ -172,46 +162,41 @@ def traction_over(ics: str, pick: str, others: Sequence[str]) -> Measure:
     )
 
 
-def compression_details(runs: Runs) -> Mapping[str, float]:
-    """Return distances of all ICs from C: of tractions over their bound, over pressure, of sliding shares.
+COMPRESSED: Mapping[str, Distance] = {
+    "tractions": traction_distance,
+    "tractions over pressures": lambda dataset, friction, ics: (
+        friction * traction_distance(dataset, friction, ics)
+    ),
+    "p_s alone": traction_distance_along("s"),  # depends on sn
+    "p_x alone": traction_distance_along("x"),  # on xn
+    "difference of sliding share": sliding_distance,
+}
 
-    Of p_s and p_x alone, too: they depend on different components of the ICs, p_s on sn, p_x on xn.
-    """
-    contacts, details = compression(runs), dict[str, float]()
+
+def _compression_details(runs: Runs) -> Mapping[str, float]:
+    contacts = compression(runs)
+    details = distances_by_label(contacts, COMPRESSED)
     for friction in FRICTIONS:
-        for name in compared_ics(contacts):
-            at, distance = case(friction, name), traction_distance(contacts, friction, name)
-            details[f"tractions: {at}"] = distance
-            details[f"tractions over pressures: {at}"] = friction * distance
-            for direction in "sx":
-                alone = traction_distance_along(direction)(contacts, friction, name)
-                details[f"p_{direction} alone: {at}"] = alone
-            details[f"difference of sliding share: {at}"] = sliding_distance(contacts, friction, name)
         share = contacts.sliding_share.sel(friction=friction, ics="C").isel(load=-1)
         details[f"sliding share: {case(friction, 'C')}"] = float(share)
     return details
 
 
-def _compression_panels(runs: Runs) -> list[Panel]:
-    """Return p_s along x = 0 over the largest bound, and sliding shares over the load."""
-    contacts, tractions, shares = compression(runs), [], []
+def _compression_panels(runs: Runs) -> Iterator[Panel]:
+    """Yield p_s along x = 0 over the largest bound, and sliding shares over the load."""
+    contacts = compression(runs)
     kilonewtons = contacts["load"].values / 1e3
     for friction in FRICTIONS:
-        at = contacts.sel(friction=friction)
-        p = at.p.interp(x=0.0)
+        p = contacts.p.sel(friction=friction).interp(x=0.0)
         bound = friction * float(np.max(p.sel(ics="C", direction="n")))
-        tractions.append(
-            Panel(
-                f"friction {friction:g}, {kilonewtons[-1]:g} kN",
-                "s [mm]",
-                "p_s at x = 0 over friction p_max with C [-]",
-                make_curves(contacts.s.values, by_symbol(p.sel(direction="s") / bound, DRAWN)),
-            )
-        )
+        title = f"friction {friction:g}, {kilonewtons[-1]:g} kN"
+        curves = make_curves(contacts.s.values, by_symbol(p.sel(direction="s") / bound, DRAWN))
+        yield Panel(title, "s [mm]", "p_s at x = 0 over friction p_max with C [-]", curves)
+    for friction in FRICTIONS:
+        at = contacts.sel(friction=friction)
         band = at.estimate_sliding_share.sel(ics="C").values
         curves = make_curves(kilonewtons, by_symbol(at.sliding_share, DRAWN), band)
-        shares.append(Panel(f"friction {friction:g}", "load [kN]", "sliding share of the patch [-]", curves))
-    return [*tractions, *shares]
+        yield Panel(f"friction {friction:g}", "load [kN]", "sliding share of the patch [-]", curves)
 
 
 STATEMENTS = (
@@ -223,29 +208,21 @@ STATEMENTS = (
                 FOLLOWS,
                 "shift",
                 "difference to C of the creepage without force, times the slope with C, over friction load",
-                distances(rolling, shift, SHIFTED, (LOW,)),
-            ),
+            )(distances(rolling, shift, SHIFTED, (LOW,))),
             below(
                 SMALL_PART,
                 "as a whole",
                 "share of the distance to C's curve that is left when the curve is moved by that difference",
-                distances(rolling, left_after_shift, SHIFTED, (LOW,)),
+            )(distances(rolling, left_after_shift, SHIFTED, (LOW,))),
+            below(SMALL_PART, "restored", "the same difference: B̂′ over B̂")(
+                compared(rolling, shift, "Bhat_prime", ("Bhat",), (LOW,))
             ),
-            below(
-                SMALL_PART,
-                "restored",
-                "the same difference: B̂′ over B̂",
-                compared(rolling, shift, "Bhat_prime", ("Bhat",), (LOW,)),
-            ),
-            below(
-                FOLLOWS,
-                "close",
-                "largest distance of the curve with B̂′ from C's, over friction load",
-                distances(rolling, largest_curve_distance, ("Bhat_prime",), (LOW,)),
+            below(FOLLOWS, "close", "largest distance of the curve with B̂′ from C's, over friction load")(
+                distances(rolling, largest_curve_distance, ("Bhat_prime",), (LOW,))
             ),
         ),
         lambda runs: [_curve_panel(runs), _difference_panel(runs, LOW)],
-        curve_details,
+        _curve_details,
     ),
     Statement(
         35,
@@ -253,22 +230,13 @@ STATEMENTS = (
         "and B̂′ restores it.",
         (
             above(
-                FOLLOWS,
-                "off",
-                "distance of p_x from C's at s = 0, over p_x with C, rms; F_x at half of it",
-                distances(rolling, line_distance, SHIFTED, (LOW,)),
+                FOLLOWS, "off", "distance of p_x from C's at s = 0, over p_x with C, rms; F_x at half of it"
+            )(distances(rolling, line_distance, SHIFTED, (LOW,))),
+            below(SMALL_PART, "restored", "the same: B̂′ over B̂")(
+                compared(rolling, line_distance, "Bhat_prime", ("Bhat",), (LOW,))
             ),
-            below(
-                SMALL_PART,
-                "restored",
-                "the same: B̂′ over B̂",
-                compared(rolling, line_distance, "Bhat_prime", ("Bhat",), (LOW,)),
-            ),
-            below(
-                FOLLOWS,
-                "close",
-                "the same with B̂′",
-                distances(rolling, line_distance, ("Bhat_prime",), (LOW,)),
+            below(FOLLOWS, "close", "the same with B̂′")(
+                distances(rolling, line_distance, ("Bhat_prime",), (LOW,))
             ),
         ),
         _line_panels,
@@ -279,16 +247,10 @@ STATEMENTS = (
         "Differences in rolling shrink with friction 0.40 and 0.60.",
         (
             below(
-                1.0,
-                "curve",
-                "rms distance of the creep-force curve over friction load: over the one before",
-                between_frictions(rolling, curve_distance, SHIFTED, GROWING),
-            ),
-            below(
-                1.0,
-                "p_x",
-                "distance of p_x at s = 0 at equal F_x over friction load: likewise",
-                between_frictions(rolling, line_distance, SHIFTED, GROWING),
+                1.0, "curve", "rms distance of the creep-force curve over friction load: over the one before"
+            )(between_frictions(rolling, curve_distance, SHIFTED, GROWING)),
+            below(1.0, "p_x", "distance of p_x at s = 0 at equal F_x over friction load: likewise")(
+                between_frictions(rolling, line_distance, SHIFTED, GROWING)
             ),
         ),
         lambda runs: [
@@ -303,33 +265,21 @@ STATEMENTS = (
         "In static compression B is closest to C and B̂′ worst at friction 0.40 and 0.60; at 0.20 differences "
         "are smaller.",
         (
-            below(
-                1.0,
-                "B",
-                "distance of tangential tractions from C's: B over the least of A, B̂, B̂′",
-                traction_over("B", "least", ("A", "Bhat", "Bhat_prime")),
+            below(1.0, "B", "distance of tangential tractions from C's: B over the least of A, B̂, B̂′")(
+                traction_over("B", "least", ("A", "Bhat", "Bhat_prime"))
             ),
-            above(
-                1.0,
-                "B̂′",
-                "the same: B̂′ over the larger one of B, B̂",
-                traction_over("Bhat_prime", "largest", ("B", "Bhat")),
+            above(1.0, "B̂′", "the same: B̂′ over the larger one of B, B̂")(
+                traction_over("Bhat_prime", "largest", ("B", "Bhat"))
             ),
-            below(
-                1.0,
-                "smaller",
-                "distance over friction times pressure: at 0.20 over that at more",
-                between_frictions(compression, traction_distance, ROTATED, FROM_LOW),
+            below(1.0, "smaller", "distance over friction times pressure: at 0.20 over that at more")(
+                between_frictions(compression, traction_distance, ROTATED, FROM_LOW)
             ),
-            below(
-                1.0,
-                "sliding",
-                "difference of the sliding share from C's: likewise",
-                between_frictions(compression, sliding_distance, ROTATED, FROM_LOW),
+            below(1.0, "sliding", "difference of the sliding share from C's: likewise")(
+                between_frictions(compression, sliding_distance, ROTATED, FROM_LOW)
             ),
         ),
         _compression_panels,
-        compression_details,
+        _compression_details,
         columns=3,
     ),
 )

@@ -16,7 +16,7 @@ from approx.pair import Pair, Solid
 from compare.report.charts import Panel, make_curves
 from compare.report.looks import ics_symbol
 from compare.validation.statements.closed_forms import CONE_LOAD, RADIUS, STEEL, Cone, on_grid
-from compare.validation.statements.frame import Statement, above, below
+from compare.validation.statements.frame import Statement, Values, above, below
 from compare.validation.statements.runs import Runs, solved_once
 from femic.contact.estimates import Measured, errors
 from femic.contact.exact.hertz import PointContact, combined_modulus
@@ -54,12 +54,12 @@ ARC, TREAD, FLANGE = 80.0, 0.05, -0.5  # radius of a rail [mm], inclinations of 
 TWO_LOAD, ROLLS = 20e3, (0.0, 0.03)  # N; angles of the load to the z axis [rad]
 BOTH = Grid(40, 256, 0.4, 0.2, -22.0)  # over both patches
 
-OF_CONTACT = 0.005  # of the p_max of CONTACT
-OF_HERTZ = 0.005  # elements of a twentieth of the patch; a patch is 3 % of the rail's radius wide
-OF_ORDER = 0.05
+CONTACT_TOLERANCE = 0.005  # of the p_max of CONTACT
+HERTZ_TOLERANCE = 0.005  # elements of a twentieth of the patch; a patch is 3 % of the rail's radius wide
+ORDER_TOLERANCE = 0.05
 LACKS = 0.02  # of p_max, at least, without refined elements: they are refined until this is not lacking
 SAME = 2e-3  # nodes and point forces of the coupling between areas leave 1e-3
-OF_LOAD = 1e-6
+LOAD_TOLERANCE = 1e-6
 
 
 # --- contacts -------------------------------------------------------------------------------------------
@@ -165,27 +165,32 @@ def on_centre_line(contact: AreasContact) -> tuple[Array, Array]:
 # --- 46 -------------------------------------------------------------------------------------------------
 
 
-def solve_planar_wheel(wheel: Wheel) -> PlanarContact:
-    """Return the planar contact of S1002 on 60E1."""
-    return solve_planar(wheel.bodies, LOAD, elements=ELEMENTS, roll=wheel.roll)
-
-
 @solved_once(f"planar contact of S1002 on 60E1 at {TOUCHING_A_JUMP:g} mm")
 def planar_wheel(_: Runs) -> PlanarContact:
     """Return the planar contact where the curvature jumps."""
-    return solve_planar_wheel(standard_wheel(TOUCHING_A_JUMP))
+    wheel = standard_wheel(TOUCHING_A_JUMP)
+    return solve_planar(wheel.bodies, LOAD, elements=ELEMENTS, roll=wheel.roll)
 
 
-def planar_lateral(_: Runs) -> Mapping[str, float]:
+@below(CONTACT_TOLERANCE, "CONTACT", "|p_max over that of CONTACT (2087 MPa) - 1|")
+def _over_contact(runs: Runs) -> Values:
+    return {"S1002 on 60E1, 6.5 mm": abs(p_max(planar_wheel(runs)) / P_MAX - 1)}
+
+
+def planar_lateral(_: Runs) -> Values:
     """Return the difference of the lateral force on a flange from that of CONTACT, as a share."""
     wheel = standard_wheel(ON_FLANGE)
-    patches = solve_planar_wheel(wheel).patches
+    patches = solve_planar(wheel.bodies, LOAD, elements=ELEMENTS, roll=wheel.roll).patches
     force = sum(patch.normal_force * np.sin(patch.plane.angle - wheel.roll) for patch in patches)
     return {"S1002 on 60E1, 7 mm: lateral force over CONTACT's - 1": float(abs(force) / LATERAL - 1)}
 
 
-def planar_hertz(_: Runs) -> Mapping[str, float]:
-    """Return errors of small planar contacts of cones on a rail, against Hertz along the normal."""
+@below(
+    HERTZ_TOLERANCE,
+    "Hertz",
+    "cones, half-width of 0.2 % of the rail's radius: |p_max or approach over Hertz's - 1|",
+)
+def _planar_over_hertz(_: Runs) -> Values:
     measured = {}
     for slope in SLOPES:
         cone = Cone(float(np.arctan(slope)))
@@ -196,11 +201,15 @@ def planar_hertz(_: Runs) -> Mapping[str, float]:
     return measured
 
 
-def planar_orders(_: Runs) -> Mapping[str, float]:
-    """Return how far from 2 the order is with which planar contact tends to A on the curved surface.
+@below(
+    ORDER_TOLERANCE,
+    "order",
+    "cones, half-widths of 3.6 and 1.8 % of the radius: |order of (planar over A - 1) - 2|",
+)
+def _planar_order(_: Runs) -> Values:
+    """Measure p_max where the contact is level, the lateral force where it is not.
 
-    p_max where the contact is level, the lateral force where it is not: beside the crown edges lie otherwise
-    on both grids, which p_max shows.
+    Beside the crown edges lie otherwise on both grids, which p_max shows.
     """
 
     def planar_over_curved(cone: Cone, load: float) -> float:
@@ -259,8 +268,8 @@ def peaks(_: Runs) -> Mapping[str, Mapping[str, AreasContact]]:
     return contacts
 
 
-def peak_errors(runs: Runs) -> Mapping[str, float]:
-    """Return the change of p_max by smaller elements over the estimated error on the default grid."""
+@below(1.0, "within", "change of p_max by smaller elements over its estimated error")
+def _peaks_within(runs: Runs) -> Values:
     measured = {}
     for name, by_grid in peaks(runs).items():
         default = by_grid["default"]
@@ -270,8 +279,8 @@ def peak_errors(runs: Runs) -> Mapping[str, float]:
     return measured
 
 
-def unrefined_errors(runs: Runs) -> Mapping[str, float]:
-    """Return what p_max lacks without refined elements, as a share, beside the smaller radius."""
+@above(LACKS, "unrefined", "share of p_max that 20 elements across the patch lack")
+def _unrefined(runs: Runs) -> Values:
     return {
         name: 1 - p_max(by_grid[UNREFINED]) / p_max(by_grid["default"])
         for name, by_grid in peaks(runs).items()
@@ -279,8 +288,7 @@ def unrefined_errors(runs: Runs) -> Mapping[str, float]:
     }
 
 
-def peak_details(runs: Runs) -> Mapping[str, float]:
-    """Return p_max on all grids."""
+def _peak_details(runs: Runs) -> Values:
     return {
         f"{name}: p_max {'by default' if label == 'default' else label} [MPa]": p_max(contact)
         for name, by_grid in peaks(runs).items()
@@ -340,21 +348,24 @@ def two_points(roll: float) -> tuple[Array, float]:
     return forces(zeta), float(zeta)
 
 
-def two_point_errors(runs: Runs) -> Mapping[str, float]:
-    """Return errors of the force of each patch, and of the approach, against two contacts of Hertz."""
+@below(
+    HERTZ_TOLERANCE,
+    "Hertz",
+    "two cones: |force of a patch, or approach, over that of two contacts of Hertz - 1|",
+)
+def _over_two_of_hertz(runs: Runs) -> Values:
     differences: dict[str, float] = {}
     for roll, contact in two_patches(runs).items():
         exact, approach = two_points(roll)
-        own = np.hypot(*patch_forces(contact))
+        own, case = np.hypot(*patch_forces(contact)), f"load at {roll:g} rad"
         numbers = zip(("flange", "tread"), own, exact, strict=True)
-        case = f"load at {roll:g} rad"
         differences |= {f"{case}, {name}": abs(float(one / other) - 1) for name, one, other in numbers}
         differences[f"{case}, approach"] = abs(contact.approach / approach - 1)
     return differences
 
 
-def load_errors(runs: Runs) -> Mapping[str, float]:
-    """Return how far the forces of all patches along the load are from it, as a share."""
+@below(LOAD_TOLERANCE, "load", "two cones: |sum of all forces over the load - 1|")
+def _over_load(runs: Runs) -> Values:
     return {
         f"load at {roll:g} rad": abs(
             float(np.array([np.sin(roll), np.cos(roll)]) @ patch_forces(contact).sum(axis=1)) / TWO_LOAD - 1
@@ -372,8 +383,8 @@ def one_grid(_: Runs) -> Mapping[str, tuple[AreasContact, AreasContact]]:
     return {ics: (wheel.solve(ics, [BOTH]), wheel.solve(ics, halves)) for ics in ICS}
 
 
-def area_differences(runs: Runs) -> Mapping[str, float]:
-    """Return the largest difference of pressures over p_max, and that of the approach, as shares."""
+@below(SAME, "one grid", "two areas and one grid: difference over p_max, or over the approach")
+def _one_grid_or_two(runs: Runs) -> Values:
     differences: dict[str, float] = {}
     for ics, (one, two) in one_grid(runs).items():
         p, parts = one.contacts[0].p, np.concatenate([each.p for each in two.contacts], axis=1)
@@ -382,8 +393,8 @@ def area_differences(runs: Runs) -> Mapping[str, float]:
     return differences
 
 
-def second_patch_effects(runs: Runs) -> Mapping[str, float]:
-    """Return the change of F_y where only the grid of the main patch is left, over its estimated error."""
+@above(1.0, "second patch", "change of F_y without the second patch over its estimated error")
+def _without_second_patch(runs: Runs) -> Values:
     effects = {}
     for roll, contact in two_patches(runs).items():
         main = contact.areas.grids[int(np.argmax([np.sum(each.p) for each in contact.contacts]))]
@@ -406,26 +417,7 @@ STATEMENTS = (
         "Planar contact agrees with the planar program CONTACT within 0.5 % of p_max on S1002 on 60E1, with "
         "Hertz along the normal where patches are small, and tends to A on the curved surface with the "
         "square of the half-width.",
-        (
-            below(
-                OF_CONTACT,
-                "CONTACT",
-                "|p_max over that of CONTACT (2087 MPa) - 1|",
-                lambda runs: {"S1002 on 60E1, 6.5 mm": abs(p_max(planar_wheel(runs)) / P_MAX - 1)},
-            ),
-            below(
-                OF_HERTZ,
-                "Hertz",
-                "cones, half-width of 0.2 % of the rail's radius: |p_max or approach over Hertz's - 1|",
-                planar_hertz,
-            ),
-            below(
-                OF_ORDER,
-                "order",
-                "cones, half-widths of 3.6 and 1.8 % of the radius: |order of (planar over A - 1) - 2|",
-                planar_orders,
-            ),
-        ),
+        (_over_contact, _planar_over_hertz, _planar_order),
         _planar_panels,
         planar_lateral,
         columns=1,
@@ -435,41 +427,16 @@ STATEMENTS = (
         "Where the rail's curvature jumps at the touching point, p_max on the default grid agrees with p_max "
         "on smaller elements within its estimated error; beside a radius of 1 mm a grid that is not refined "
         "lacks more than 2 % of it.",
-        (
-            below(1.0, "within", "change of p_max by smaller elements over its estimated error", peak_errors),
-            above(
-                LACKS, "unrefined", "share of p_max that 20 elements across the patch lack", unrefined_errors
-            ),
-        ),
+        (_peaks_within, _unrefined),
         _peak_panels,
-        peak_details,
+        _peak_details,
     ),
     Statement(
         48,
         "All patches of a wheel carry its load under one approach: two areas give what one grid over both "
         "patches gives, forces are those of two contacts of Hertz, and leaving out the second patch changes "
         "F_y by more than its estimated error.",
-        (
-            below(
-                SAME,
-                "one grid",
-                "two areas and one grid: difference over p_max, or over the approach",
-                area_differences,
-            ),
-            below(
-                OF_HERTZ,
-                "Hertz",
-                "two cones: |force of a patch, or approach, over that of two contacts of Hertz - 1|",
-                two_point_errors,
-            ),
-            below(OF_LOAD, "load", "two cones: |sum of all forces over the load - 1|", load_errors),
-            above(
-                1.0,
-                "second patch",
-                "change of F_y without the second patch over its estimated error",
-                second_patch_effects,
-            ),
-        ),
+        (_one_grid_or_two, _over_two_of_hertz, _over_load, _without_second_patch),
         _patch_panels,
     ),
 )
