@@ -136,9 +136,9 @@ def label_contact(
     values: dict[str, list[float]] = {}
     for name in NUMBERS:
         if name == "patches":
-            values[name] = [float(len(of_row)) for of_row in patches]
+            values[name] = [float(len(own)) for own in patches]
         elif name == "beside":
-            values[name] = [1 - max(patch["share"] for patch in of_row) for of_row in patches]
+            values[name] = [1 - max(patch["share"] for patch in own) for own in patches]
         else:
             values[name] = [float(row[name]) for row in rows.values()]
     variables: dict[str, Any] = {
@@ -147,10 +147,10 @@ def label_contact(
     }
     for name, (unit, meaning) in OF_PATCH.items():
         array = np.full((len(rows), most), np.nan)
-        for n, of_row in enumerate(patches):
-            array[n, : len(of_row)] = [patch[name] for patch in of_row]
+        for n, own in enumerate(patches):
+            array[n, : len(own)] = [patch[name] for patch in own]
         variables[PATCH + name] = ("ics", "patch"), array, {"units": unit, "long_name": meaning}
-    outlines = np.stack([_join_outlines([patch["outline"] for patch in of_row]) for of_row in patches])
+    outlines = np.stack([_join_outlines([patch["outline"] for patch in own]) for own in patches])
     for k, (name, along) in enumerate(
         (("s", "arc length on the rail from its top"), ("x", "along the rail"))
     ):
@@ -164,7 +164,7 @@ def label_contact(
         attrs={
             "notes": "; ".join(notes),
             "grid": "; ".join(texts),
-            "grids": [float(size) for of_grid in sizes for size in of_grid],
+            "grids": [float(size) for each in sizes for size in each],
             "steepest": steepest,
         },
     )
@@ -348,12 +348,14 @@ def _errors(contact: AreasContact, number: int, others: Sequence[AreasContact]) 
         level = level.coarser
     if not levels:
         return dict.fromkeys(ESTIMATED, 0.0)
-    of_all = kinds(ESTIMATED)
+    error_kinds = kinds(ESTIMATED)
     parts: list[Numbers] = [
-        changes(levels[0], of_all, numbers(other.areas.on_grids[number], other.contacts[number], ESTIMATED))
+        changes(
+            levels[0], error_kinds, numbers(other.areas.on_grids[number], other.contacts[number], ESTIMATED)
+        )
         for other in others
     ]
-    return errors(of_all, levels[0], levels[1:], parts)
+    return errors(error_kinds, levels[0], levels[1:], parts)
 
 
 def _planar_numbers(place: Place, planar: PlanarContact) -> Row:

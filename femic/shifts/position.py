@@ -109,11 +109,11 @@ def label_wheelset(
     side why a wheel has no numbers.
     """
     variables: dict[str, Any] = {"seconds_rolling": ("ics", [seconds])}
-    of_wheels = [wheels.get(side) or WheelNumbers({}, {}, ()) for side in SIDES]
+    both = [wheels.get(side) or WheelNumbers({}, {}, ()) for side in SIDES]
     for name, (unit, meaning) in OF_WHEEL.items():
         numbers, errors = (
             [[known.get(name, np.nan)] for known in rows]
-            for rows in ([wheel.numbers for wheel in of_wheels], [wheel.errors for wheel in of_wheels])
+            for rows in ([wheel.numbers for wheel in both], [wheel.errors for wheel in both])
         )
         known = {"units": unit, "long_name": f"estimated error of {name}"}
         variables[name] = ("side", "ics"), numbers, {"units": unit, "long_name": meaning}

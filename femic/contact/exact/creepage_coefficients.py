@@ -90,17 +90,17 @@ def _five(ratio: float, nu: float, degree: int) -> Array:
     """C11, C22, C23, C32, C33 of a / b, shape (5,)."""
     ellipse = _Ellipse(float(np.sqrt(ratio)), float(1 / np.sqrt(ratio)), nu)
     along, across = _Modes.up_to((0, 1), degree), _Modes.up_to((1, 0), degree)
-    of_xi = ellipse.tractions(along, [(X, 0, 0, 1.0)])
-    of_upsilon = ellipse.tractions(across, [(S, 0, 0, 1.0)])
-    of_spin = ellipse.tractions(across, [(X, 1, 1, -ellipse.b), (S, 1, 1, ellipse.a)])
-    forces = [2 * np.pi * along.coefficient(of_xi, X, 0, 0)]
-    forces += [2 * np.pi * across.coefficient(q, S, 0, 0) for q in (of_upsilon, of_spin)]
+    by_xi = ellipse.tractions(along, [(X, 0, 0, 1.0)])
+    by_upsilon = ellipse.tractions(across, [(S, 0, 0, 1.0)])
+    by_spin = ellipse.tractions(across, [(X, 1, 1, -ellipse.b), (S, 1, 1, ellipse.a)])
+    forces = [2 * np.pi * along.coefficient(by_xi, X, 0, 0)]
+    forces += [2 * np.pi * across.coefficient(q, S, 0, 0) for q in (by_upsilon, by_spin)]
     moments = [
         2
         * np.pi
         / 3
         * (ellipse.a * across.coefficient(q, S, 1, 1) - ellipse.b * across.coefficient(q, X, 1, 1))
-        for q in (of_upsilon, of_spin)
+        for q in (by_upsilon, by_spin)
     ]
     return -np.array(forces + moments)
 
@@ -164,9 +164,9 @@ class _Ellipse:
         for direction, n, m, coefficient in slopes:
             targets[tested.place(direction, n, m)] = coefficient / (2 * n + 1)
         # of P_n'(t) = sum of (2 j + 1) P_j(t), j = n - 1, n - 3, ...
-        of_degrees = (modes.n > tested.n[:, None]) & ((modes.n - tested.n[:, None]) % 2 == 1)
+        contributes = (modes.n > tested.n[:, None]) & ((modes.n - tested.n[:, None]) % 2 == 1)
         waves = self._slopes(modes)[tested.direction[:, None], modes.direction, tested.m[:, None], modes.m]
-        orthogonal, triangle = np.linalg.qr((of_degrees * waves).T, mode="complete")
+        orthogonal, triangle = np.linalg.qr((contributes * waves).T, mode="complete")
         fixed = orthogonal[:, : targets.size] @ np.linalg.solve(triangle[: targets.size].T, targets)
         free = orthogonal[:, targets.size :]
         edge = _on_leading_edge(modes)
@@ -189,9 +189,9 @@ def _on_leading_edge(modes: _Modes) -> Array:
     """Intensities on the leading edge, weighted, due to the modes: (2 nodes, modes)."""
     nodes, weights = np.polynomial.legendre.leggauss(EDGE_NODES * modes.degree)
     t = (nodes + 1) * np.pi / 4
-    of_orders = modes.waves(t) * np.sqrt(weights) * np.cos(t)
+    edge_waves = modes.waves(t) * np.sqrt(weights) * np.cos(t)
     edge = np.zeros((2, t.size, modes.n.size))
     for i in (X, S):
         here = modes.direction == i
-        edge[i][:, here] = of_orders[i, modes.m[here]].T
+        edge[i][:, here] = edge_waves[i, modes.m[here]].T
     return edge.reshape(-1, modes.n.size)

@@ -43,7 +43,7 @@ MOST_STEPS = 60
 MOST_IDLE_STEPS = 15  # in which the residual does not fall below the least one before
 LEAST_STEP = 0.05  # of a full step
 DECREASE = 0.1  # of the residual, as a share of the step
-OF_FULL_STICK = 1e-6  # relative residual of the linear equations of full stick, far from a first guess
+FULL_STICK_RESIDUAL = 1e-6  # relative residual of the linear equations of full stick, far from a first guess
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +178,7 @@ class _Newton:
         if not len(given.c):
             return
         all_stick = replace(given, law=replace(given.law, sticking=True))
-        dq, dc = self.step(all_stick, tolerance, OF_FULL_STICK)
+        dq, dc = self.step(all_stick, tolerance, FULL_STICK_RESIDUAL)
         q = given.q + dq
         size = np.maximum(np.linalg.norm(q, axis=1, keepdims=True), 1e-300)
         yield self.state(q * np.minimum(1.0, self.g / size), given.c + dc)
@@ -202,8 +202,8 @@ class _Newton:
 
     def slip(self, q: Array, c: Array) -> Array:
         """L p + B c, shape (n_x, n_s, 2)."""
-        of_tractions = self.problem.compliance(self.spread(q))
-        return np.asarray(of_tractions + np.tensordot(c, self.problem.free.modes, 1))
+        by_tractions = self.problem.compliance(self.spread(q))
+        return np.asarray(by_tractions + np.tensordot(c, self.problem.free.modes, 1))
 
     def state(self, q: Array, c: Array, linear: Array | None = None) -> _State:
         """Return the state of tractions and amplitudes."""

@@ -189,15 +189,15 @@ def centred(slip: Array) -> Array:
 def centred_derivative(slip: Array) -> Linear:
     """Return the derivative of it at a slip: a linear function of changes of this, shape (n_x, n_s, 2)."""
     step = (_behind(slip) - slip) / 2
-    weight, of_ahead, of_behind = _weights(slip)
+    weight, by_slip, by_slip_behind = _weights(slip)
     half, rest = weight / 2, 1 - weight / 2
 
-    def of_change(change: Array) -> Array:
+    def derivative(change: Array) -> Array:
         behind = _behind(change)
-        change_of_weight = np.sum(of_ahead * change + of_behind * behind, axis=-1, keepdims=True)
+        change_of_weight = np.sum(by_slip * change + by_slip_behind * behind, axis=-1, keepdims=True)
         return np.asarray(rest * change + half * behind + change_of_weight * step)
 
-    return of_change
+    return derivative
 
 
 def _behind(values: Array) -> Array:
@@ -211,9 +211,9 @@ def _weights(slip: Array) -> tuple[Array, Array, Array]:
     a, b = (np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), TINY) for v in (slip, behind))
     product = np.maximum(np.sum(slip * behind, axis=-1, keepdims=True), 0.0)
     square, weight = (a + b) ** 2, 4 * product / (a + b) ** 2
-    of_sizes = 2 * weight / (a + b)
-    of_product = np.where(product > 0, 4 / square, 0.0)
-    return weight, of_product * behind - of_sizes * slip / a, of_product * slip - of_sizes * behind / b
+    by_sizes = 2 * weight / (a + b)
+    by_product = np.where(product > 0, 4 / square, 0.0)
+    return weight, by_product * behind - by_sizes * slip / a, by_product * slip - by_sizes * behind / b
 
 
 # --- leading edge ---
@@ -237,8 +237,8 @@ class LeadingEdge:
         following = np.minimum(depth, (ahead + 1 + behind) // LEAST_PER_DEPTH)
         steps = np.maximum(following - ahead, 0)
         followed = places - np.where(bound > 0, steps, 0)
-        of_followed = np.take_along_axis(bound, followed, axis=0)
-        ratio = np.divide(bound, of_followed, out=np.zeros_like(bound), where=of_followed > 0)
+        followed_bound = np.take_along_axis(bound, followed, axis=0)
+        ratio = np.divide(bound, followed_bound, out=np.zeros_like(bound), where=followed_bound > 0)
         return cls(followed, ratio)
 
     @property
@@ -251,10 +251,10 @@ class LeadingEdge:
         """Elements with bounds that follow no other, shape (n_x, n_s)."""
         return np.asarray((self.behind == 0) & (self.ratio > 0))
 
-    def with_followers(self, of_free: Mask) -> Mask:
+    def with_followers(self, free_mask: Mask) -> Mask:
         """Return which elements have what some free ones (m,) have, with those that follow, (n_x, n_s)."""
         everywhere = np.zeros(self.followed.shape, bool)
-        everywhere[self.free] = of_free
+        everywhere[self.free] = free_mask
         return np.take_along_axis(everywhere, self.followed, axis=0)
 
     def spread(self, p: Array) -> Array:

@@ -129,15 +129,15 @@ def sum_estimates(
 
     Steps twice as large have twice the error, with the safety factor of elements.
     """
-    of_all, estimated = kinds(OF_COMPRESSION), []
+    error_kinds, estimated = kinds(OF_COMPRESSION), []
     for number, fine in enumerate(steps):
-        by_steps = changes(fine, of_all, larger_steps[number].numbers)
+        by_steps = changes(fine, error_kinds, larger_steps[number].numbers)
         others = [{name: SAFETY * value for name, value in by_steps.items()}]
         if changed is not None:
-            others.append(changes(fine, of_all, changed[number].numbers))
-        others += [each.part(fine, of_all) for each in linearised[number : number + 1]]
+            others.append(changes(fine, error_kinds, changed[number].numbers))
+        others += [each.part(fine, error_kinds) for each in linearised[number : number + 1]]
         larger = [coarse[number] if coarse else None for coarse in on_larger]
-        estimated.append(errors(of_all, fine, larger, others))
+        estimated.append(errors(error_kinds, fine, larger, others))
     return estimated
 
 

@@ -69,7 +69,7 @@ class SolvedContact:
 
         That is where the grid is too small for larger elements, and where `displaced` is missing.
         """
-        of_all, coarser = kinds(OF_FRICTIONLESS), self.normal.coarser
+        error_kinds, coarser = kinds(OF_FRICTIONLESS), self.normal.coarser
         given = "approach" if self.loading.load is None else "load"
         fine = measured(self.on_grid, self.normal, prescribed=(given, "position"))
         larger, parts = list[Measured](), list[Numbers]()
@@ -78,10 +78,10 @@ class SolvedContact:
             coarser = coarser.coarser
         for other in (self.perturbed, self.displaced):
             if other is not None:
-                parts.append(changes(fine, of_all, numbers(other.on_grid, other.normal)))
+                parts.append(changes(fine, error_kinds, numbers(other.on_grid, other.normal)))
         if self.linearised and self.displaced is None:
-            parts.append(dict.fromkeys(of_all, np.nan))
-        known = errors(of_all, fine, larger, parts)
+            parts.append(dict.fromkeys(error_kinds, np.nan))
+        known = errors(error_kinds, fine, larger, parts)
         if np.isfinite(self.contact.lateral_stiffness):  # the position follows the lateral force
             known["position"] += known["F_y"] / self.contact.lateral_stiffness
         return known

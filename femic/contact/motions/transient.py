@@ -146,17 +146,17 @@ def estimate_path(
     """
     larger = pairs.on_larger_elements(pair, problem, label, solve_path)
     linearised = pairs.Linearisation.measure(pair.on_grid, problem.operator, pair.loads[0])
-    of_all = kinds(OF_ROLLING)
+    error_kinds = kinds(OF_ROLLING)
 
     def estimate(
         fine: Measured | None, coarse: Sequence[Measured | None], other: Measured | None
     ) -> dict[str, float]:
         parts = []
         if fine is not None and other is not None:
-            parts.append(changes(fine, of_all, other.numbers))
+            parts.append(changes(fine, error_kinds, other.numbers))
         if fine is not None:
-            parts.append(linearised.part(fine, of_all))
-        return errors(of_all, fine, coarse, parts)
+            parts.append(linearised.part(fine, error_kinds))
+        return errors(error_kinds, fine, coarse, parts)
 
     between = [interpolated(other, path.distances) if other else None for other in larger]
     by_distance = [

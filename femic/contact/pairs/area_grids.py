@@ -41,7 +41,9 @@ LITTLE_MORE = 1.01  # of the approach at which overlaps were sought, at most
 TOO_MUCH = 0.8  # of the approach at which overlaps were sought, at least, that the contact has
 COUNTS = 0.01  # share of the pressures from which on a patch counts
 ACROSS = 8  # elements across patches beside the main one, at least
-OF_COARSER = 0.7  # of the change by elements twice as large: the error of p_max (`femic.contact.estimates`)
+COARSER_SHARE = (
+    0.7  # of the change by elements twice as large: the error of p_max (`femic.contact.estimates`)
+)
 MOST_ALONG_X, MOST_STRIPS = 160, 1024  # elements of a grid
 MOST_ELEMENTS = 60_000  # of all grids of a contact
 
@@ -228,7 +230,7 @@ def finer_grid(
     allowed = RESOLVED * (float(np.max(contact.p)) if largest is None else largest)
     coarser = contact if contact.coarser is None else contact.coarser
     change = abs(float(np.max(contact.p)) - float(np.max(coarser.p)))
-    rough = lacking > allowed or OF_COARSER * change > allowed
+    rough = lacking > allowed or COARSER_SHARE * change > allowed
     along_x, along_s = 2 if few_x else 1, 2 if few_s or rough else 1
     finer = Grid(along_x * grid.n_x, along_s * grid.n_s, grid.dx / along_x, grid.ds / along_s, grid.s)
     return None if finer == grid or finer.n_x > MOST_ALONG_X or finer.n_s > most_strips else finer

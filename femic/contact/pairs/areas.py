@@ -327,8 +327,8 @@ def _point_forces(variant: str, pair: Pair, at: Box, by: Box) -> Array:
     ics = np.empty((NODES, NODES, NODES, NODES))
     for k, s in enumerate(s_j):
         element = Patch(half, half, s=float(s))
-        of_strip = pair.approximate(variant, element, (lags[:, None, :], s_i[None, :, None]))
-        ics[..., k] = of_strip[N, N] / (4 * half**2)
+        strip_ics = pair.approximate(variant, element, (lags[:, None, :], s_i[None, :, None]))
+        ics[..., k] = strip_ics[N, N] / (4 * half**2)
     return ics.reshape(NODES * NODES, NODES * NODES)
 
 

@@ -5,12 +5,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from advice_reliability import LEAST_HELD, Trial, check_bounds, choose_rule, coverage_rows, worst_trials
+from advice_scenes import random_scene
 
 from femic.advice.expected import Bounds, bounds_at, expect
-from femic.advice.knowledge import BoundCoverage, Knowledge, KnownScene, Rule, read, write
-from femic.advice.reliability import LEAST_HELD, Trial, check_bounds, choose_rule, coverage_rows, worst_trials
-from femic.advice.scenes import random_scene
-from femic.advice.study import FEATURES, contact_features
+from femic.advice.knowledge import (
+    FEATURES,
+    BoundCoverage,
+    Knowledge,
+    KnownScene,
+    Rule,
+    contact_features,
+    read,
+    write,
+)
 
 NUMBER, ICS = "p_max", "A"
 ROLLING = "p_max in rolling"

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from femic.advice.study import turn_beyond
+from femic.advice.knowledge import turn_beyond
 from geometries.contours import arc
 
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from advice_reliability import ics_errors, reference_estimates
+from advice_scenes import ANGLES, ELEMENTS, random_scene, solve_scene
 
-from femic.advice.knowledge import ics_errors, packaged, reference_estimates
-from femic.advice.scenes import ANGLES, ELEMENTS, random_scene
-from femic.advice.study import FEATURES, contact_features, saturation, solve_scene
+from femic.advice.knowledge import FEATURES, contact_features, packaged, saturation
 from femic.contact.pairs.pair_on_grid import undeformed_surfaces
 
 READING = 0.1 / ELEMENTS  # of edges: a twentieth of an element at both ends

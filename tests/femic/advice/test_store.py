@@ -2,10 +2,10 @@
 
 import json
 
+import advice_scenes as store
 import pytest
+from advice_scenes import TOOLS, entries, solve_missing
 
-from femic.advice import study as store
-from femic.advice.study import entries, solve_missing
 from femic.cache.digests import results_digest
 
 WANTED = [(1, 0), (1, 1), (2, 0)]
@@ -41,7 +41,7 @@ def test_damaged_entries_and_those_of_other_code_are_solved_again(tmp_path, capl
     (tmp_path / "1-0.json").write_text('{"seed": 1, "num', encoding="utf-8")
     old = json.loads((tmp_path / "2-0.json").read_text(encoding="utf-8")) | {"code": "other"}
     (tmp_path / "2-0.json").write_text(json.dumps(old), encoding="utf-8")
-    assert entries(tmp_path, 2, results_digest()) == []
+    assert entries(tmp_path, 2, results_digest(TOOLS)) == []
     again = list(solve_missing(tmp_path, WANTED, 1, solve))
     assert [(entry["seed"], entry["number"]) for entry in again] == [(1, 0), (2, 0)]
     assert "damaged" in caplog.text

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from femic.contact.exact.hertz import LineContact, combined_modulus
-from femic.contact.exact.pin import PinInHole
 from geometries.materials import Material
 from geometries.surfaces import LOWER, UPPER
+from tests.femic.contact.exact.pin import PinInHole
 from tests.femic.contact.finite_elements.ellipse import BRASS, STEEL
 from tests.femic.contact.finite_elements.slices import OVERHANG, Cells, block, pressed, round_section
 
