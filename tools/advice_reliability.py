@@ -1,18 +1,19 @@
 """Errors in solved scenes, and how often bounds of errors hold and decisions by them are right in others."""
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from advice_scenes import NORMAL_ICS, PERTURBED, ROLLING_ICS
+from advice_scenes import CREEPAGES, NORMAL_ICS, PERTURBED, ROLLING_ICS
 
 from femic.advice.expected import Bounds, bounds_at, bounds_by
 from femic.advice.knowledge import (
-    CREEPAGES,
     NORMAL_NUMBERS,
-    NUMBERS,
+    PACKAGED,
     PRESSURE_IN_ROLLING,
     ROLLING_NUMBERS,
     BoundCoverage,
@@ -20,11 +21,13 @@ from femic.advice.knowledge import (
     KnownScene,
     Rule,
 )
+from femic.cache.files import write_text
 from femic.contact.pairs.ics import C
 
 # --- errors in a solved scene ---
 
 MIX, SAME_NORMAL = "mix", "Bhat"  # the mix has the nn ICs of B-hat
+NUMBERS = (*NORMAL_NUMBERS, *ROLLING_NUMBERS)
 AWAY = np.array(CREEPAGES) != 0  # creepages at which the force is not nearly none
 LEAST_FORCE = 1e-3  # over friction times load: shares of smaller forces with C are shares of this
 
@@ -229,3 +232,29 @@ def worst_trials(tried: Sequence[Trial]) -> list[dict[str, Any]]:
         }
         for trial in failed[:WORST]
     ]
+
+
+# --- file of knowledge ---
+
+DIGITS = 4  # of stored numbers
+
+
+def write(knowledge: Knowledge, facts: Mapping[str, Any], path: Path = PACKAGED) -> None:
+    """Write knowledge, and facts on how it was computed, to a file."""
+    content = {
+        "code": knowledge.code,
+        **facts,
+        "rule": asdict(knowledge.rule),
+        "held": asdict(knowledge.held),
+    }
+    scenes = [json.dumps(_rounded(asdict(scene)), ensure_ascii=False) for scene in knowledge.scenes]
+    head = json.dumps(content, ensure_ascii=False)[:-1]
+    listed = ",\n".join(scenes)
+    write_text(f'{head},\n"scenes": [\n{listed}\n]}}\n', path)
+
+
+def _rounded(values: Any) -> Any:
+    """Return values with numbers to `DIGITS` digits."""
+    if isinstance(values, Mapping):
+        return {key: _rounded(value) for key, value in values.items()}
+    return float(f"{values:.{DIGITS}g}") if isinstance(values, float) else values

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from approx.pair import Pair, Solid
-from femic.advice.knowledge import CREEPAGES, NORMAL_NUMBERS, contact_features, saturation
+from femic.advice.knowledge import NORMAL_NUMBERS, contact_features, saturation
 from femic.cache.digests import results_digest
 from femic.cache.files import write_text
 from femic.cache.workers import in_processes
@@ -69,6 +69,7 @@ FLANKS, ROOM = (20.0, 75.0), 3.0  # inclinations of flanks [deg], and how much s
 STEEL, STEEL_SHARE = Material(210e3, 0.3), 0.4  # and how many pairs are both of steel
 MODULUS_RATIO, POISSON = 3.0, (0.2, 0.49)
 FRICTION = 0.1, 0.6
+CREEPAGES = (-1.0, 0.0, 0.4, 2.0)  # over that of saturation, beside that without force with B-hat
 MOST_PRESSED = 0.06  # largest pressure over the combined modulus
 LONGEST = 0.2  # half-length of patches over the rolling radius
 ELEMENTS = 12  # across the patch

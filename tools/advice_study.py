@@ -26,12 +26,12 @@ from advice_reliability import (
     known_scenes,
     worst_trials,
 )
+from advice_reliability import NUMBERS as NUMBERS_OF
+from advice_reliability import write as write_knowledge
 from advice_scenes import ELEMENTS, entries, solve_missing
 from write_docs import rounded
 
 from femic.advice.knowledge import FEATURES, Knowledge, KnownScene
-from femic.advice.knowledge import NUMBERS as NUMBERS_OF
-from femic.advice.knowledge import write as write_knowledge
 from femic.cache.digests import versions
 
 ROOT = Path(__file__).parents[1]

@@ -14,7 +14,7 @@ from femic.advice.knowledge import (
     KnownScene,
     Rule,
     contact_features,
-    packaged,
+    packaged_knowledge,
     saturation,
 )
 from femic.contact.pairs.grids import Size, contact_size
@@ -48,7 +48,7 @@ class Expectation:
         """Return the largest error to be expected, a share; infinite where nothing is known."""
         return self.bounds[ics, number].high if (ics, number) in self.bounds else np.inf
 
-    def sentence_of(self, ics: str, number: str) -> str:
+    def describe(self, ics: str, number: str) -> str:
         """Return what is expected of one number with some ICs, from what, and how often that was right."""
         if (ics, number) not in self.bounds:
             return f"No errors of {number} with {ics} are known."
@@ -70,7 +70,7 @@ def expect(
     None where the contact lies outside of what is known; why is logged. `knowledge` is by default that of the
     package.
     """
-    knowledge = knowledge or packaged()
+    knowledge = knowledge or packaged_knowledge()
     specification, friction = problem.specification, problem.specification.friction
     cases: list[tuple[dict[str, float], Size]] = []  # features and patch of each loading and friction
     try:

@@ -8,28 +8,24 @@ tools/advice_study.py solves the scenes.
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from femic.cache.files import write_text
 from femic.contact.pairs.grids import Size
 from femic.contact.specification import ContactProblem
 from geometries.arrays import Array, Indices
 
 # --- numbers ---
 
-CREEPAGES = (-1.0, 0.0, 0.4, 2.0)  # over that of saturation, beside that without force with B-hat
 NORMAL_NUMBERS = ("p_max", "a", "b", "angle", "approach", "area", "stiffness")
 PRESSURE_IN_ROLLING = "p_max in rolling"  # tangential tractions change pressures, too
 ROLLING_NUMBERS = (
     *("F_x/limit", "F_x", "F_y/limit", "sliding_share", "zero_creepage", "slope"),
     PRESSURE_IN_ROLLING,
 )
-NUMBERS = (*NORMAL_NUMBERS, *ROLLING_NUMBERS)
 
 # --- features of a contact ---
 
@@ -118,7 +114,6 @@ def turn_beyond(problem: ContactProblem, ends: np.ndarray) -> float:
 # --- knowledge of many scenes ---
 
 PACKAGED = Path(__file__).with_name("knowledge.json")
-DIGITS = 4  # of stored numbers
 NEARLY = 0.1  # of the scale of a feature: so far outside of known values is still inside
 
 
@@ -201,7 +196,7 @@ def _on_scale(features: Mapping[str, float]) -> Array:
 
 
 @cache
-def packaged() -> Knowledge:
+def packaged_knowledge() -> Knowledge:
     """Return the knowledge of the package."""
     return read(PACKAGED)
 
@@ -211,24 +206,3 @@ def read(path: Path) -> Knowledge:
     content = json.loads(path.read_text(encoding="utf-8"))
     scenes = [KnownScene(**scene) for scene in content["scenes"]]
     return Knowledge(scenes, Rule(**content["rule"]), BoundCoverage(**content["held"]), content["code"])
-
-
-def write(knowledge: Knowledge, facts: Mapping[str, Any], path: Path = PACKAGED) -> None:
-    """Write knowledge, and facts on how it was computed, to a file."""
-    content = {
-        "code": knowledge.code,
-        **facts,
-        "rule": asdict(knowledge.rule),
-        "held": asdict(knowledge.held),
-    }
-    scenes = [json.dumps(_rounded(asdict(scene)), ensure_ascii=False) for scene in knowledge.scenes]
-    head = json.dumps(content, ensure_ascii=False)[:-1]
-    listed = ",\n".join(scenes)
-    write_text(f'{head},\n"scenes": [\n{listed}\n]}}\n', path)
-
-
-def _rounded(values: Any) -> Any:
-    """Return values with numbers to `DIGITS` digits."""
-    if isinstance(values, Mapping):
-        return {key: _rounded(value) for key, value in values.items()}
-    return float(f"{values:.{DIGITS}g}") if isinstance(values, float) else values

@@ -147,7 +147,7 @@ def estimates(
     grids = [measured.numbers, coarse] + ([] if coarser is None else [coarser])
     rows = {name: [numbers[name] for numbers in grids] for name in kinds}
     errors = {name: from_grids(*row) for name, row in rows.items()}
-    shares = _pooled(errors, kinds, scales)
+    shares, _ = _pooled(errors, kinds, scales)
     return {
         name: scales[name].rounds * ROUNDING
         + (0.0 if name in measured.exact else scales[name].changes * shares[name])
@@ -160,8 +160,7 @@ def changes(measured: Measured, kinds: Mapping[str, Kind], other: Numbers) -> di
     """Return the differences to numbers found in another way; related ones count as in estimates."""
     scales = {name: measured.scale(name, kind) for name, kind in kinds.items()}
     away = {name: abs(measured.numbers[name] - other[name]) for name in kinds}
-    pooled = _pooled(away, kinds, scales)
-    largest = _largest({name: _share(away[name], scales[name].changes) for name in kinds}, kinds)
+    pooled, largest = _pooled(away, kinds, scales)
     shares = {name: max(pooled[name], largest.get(kind.follows, 0.0)) for name, kind in kinds.items()}
     return {
         name: away[name] if name in measured.exact else max(away[name], scales[name].changes * shares[name])
@@ -187,31 +186,26 @@ def errors(
     return {name: float(sum(part[name] for part in (by_grids, *others))) for name in by_grids}
 
 
-def _pooled(errors: Numbers, kinds: Mapping[str, Kind], scales: Mapping[str, Scale]) -> dict[str, float]:
-    """Errors as shares of their scales, or the part of the largest of related numbers that counts."""
-    shares = {name: _share(error, scales[name].changes) for name, error in errors.items()}
-    largest = _largest(shares, kinds)
-    return {
-        name: float(
-            np.max(
-                [shares[name] * kind.own] + [part * largest.get(group, 0.0) for group, part in kind.related]
-            )
-        )
-        for name, kind in kinds.items()
+def _pooled(
+    errors: Numbers, kinds: Mapping[str, Kind], scales: Mapping[str, Scale]
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Return errors as shares of their scales, and the largest share of each group.
+
+    A share is that of related numbers, as far as these count, if it is more; 0 where nothing could change.
+    """
+    shares = {
+        name: error / scales[name].changes if scales[name].changes != 0 else 0.0 * error
+        for name, error in errors.items()
     }
-
-
-def _largest(shares: Numbers, kinds: Mapping[str, Kind]) -> dict[str, float]:
-    """Return the largest share of each group."""
-    return {
+    largest = {
         group: float(np.max([shares[name] for name, kind in kinds.items() if kind.group == group]))
         for group in {kind.group for kind in kinds.values()}
     }
-
-
-def _share(error: float, scale: float) -> float:
-    """Return an error over its scale; 0 where there is nothing that could change."""
-    return error / scale if scale != 0 else 0.0 * error
+    pooled = {
+        name: [shares[name] * kind.own, *(part * largest.get(group, 0.0) for group, part in kind.related)]
+        for name, kind in kinds.items()
+    }
+    return {name: float(np.max(candidates)) for name, candidates in pooled.items()}, largest
 
 
 # --- floors: elements in an uncertain state ---
@@ -338,10 +332,7 @@ def _bend_at_peak(pressures: Array) -> float:
 def readings(patch: Extent) -> dict[str, float]:
     """Floors of the lengths of a patch along x and s."""
     half_x, half_s = ((high - low) / 2 for low, high in (patch.x, patch.s))
-    return {
-        "length": patch.accuracy_x / max(half_x, 0.5),
-        "width": patch.accuracy_s / max(half_s, 0.5),
-    }
+    return {"length": patch.accuracy_x / max(half_x, 0.5), "width": patch.accuracy_s / max(half_s, 0.5)}
 
 
 # --- floors and scales of forces and moments ---

@@ -88,14 +88,13 @@ class Box:
 
     def confines(self, contact: Mask, margin: int) -> bool:
         """Return whether a contact has a margin to those ends of the box that are not the grid's."""
-        inner = Box(*map(_inner, (self.x, self.s), contact.shape, (margin, margin)))
+        inner = Box(
+            *(
+                (first + margin * (first > 0), last - margin * (last < n))
+                for (first, last), n in zip((self.x, self.s), contact.shape, strict=True)
+            )
+        )
         return bool(np.count_nonzero(inner.crop(contact)) == np.count_nonzero(contact))
-
-
-def _inner(ends: tuple[int, int], n: int, margin: int) -> tuple[int, int]:
-    """Return ends with a margin, but where they are those of n elements."""
-    first, last = ends
-    return first + margin * (first > 0), last - margin * (last < n)
 
 
 # --- resultants ---

@@ -155,9 +155,7 @@ def ripple_factor(contact: FrictionalContact, sliding: Sliding, steps: WearSteps
     middle = grid.n_x // 2, grid.n_s // 2, N
     unit[middle] = 1.0
     a, b = grid.dx / 2, grid.ds / 2
-    displacement = (
-        4 / np.pi * (b * np.arcsinh(a / b) + a * np.arcsinh(b / a))
-    )  # displacement in its middle, E*
+    displacement = 4 / np.pi * (b * np.arcsinh(a / b) + a * np.arcsinh(b / a))  # in the middle, times E*
     modulus = displacement / float(problem.flat(unit)[middle])
     largest = 1 / (2 * steps.spread * np.exp(0.5)) if steps.spread > 0 else np.inf
     stiffness = modulus * min(np.pi**2 / (8 * CATALAN * grid.ds), largest)  # MPa/mm

@@ -228,11 +228,7 @@ def axle_numbers(
         "sum_F_y": across[1] - across[0],
         "steering": along[0] * at[0] - along[1] * at[1],
     }
-    known = {
-        "xi_0": error,
-        "sum_F_y": sum(errors_across),
-        "steering": float(np.dot(errors_along, at)),
-    }
+    known = {"xi_0": error, "sum_F_y": sum(errors_across), "steering": float(np.dot(errors_along, at))}
     return numbers, known
 
 

@@ -11,13 +11,12 @@ from pydantic import (
     BaseModel,
     BeforeValidator,
     Field,
-    Strict,
     ValidationError,
     model_validator,
 )
 
 from approx.variants import VARIANTS, forms_of
-from femic.contact.friction.motion import Angle, Factor, growing
+from femic.contact.friction.motion import ByAngle
 from femic.contact.specification import Creepage
 from femic.key_types import Amount, EachDistinct, EachOnce, Length, Place, Several, TwoOf, Whole
 from femic.scenes.errors import bad_scene
@@ -27,10 +26,6 @@ from femic.scenes.scene_table import SceneTable
 from geometries.errors import WrongInput
 from geometries.profiles.standards import NAMED
 
-ByAngle = Annotated[
-    Several[Annotated[tuple[Angle, Factor], Strict(False)]],
-    AfterValidator(growing),
-]
 Radius = Annotated[float, Field(ge=20, le=2000)]  # mm
 BUILTIN = Path(__file__).parent / "builtin"
 EXAMPLE = "s1002-on-60e1"
@@ -185,8 +180,7 @@ class RollingTable(SceneTable):
         "the left [rad], as far as yaw is slip alone",
     )
     spin: Annotated[float, Field(ge=-1e-3, le=1e-3)] = Field(
-        0.0,
-        description="yaw rate to the left over V [1/mm]: 1/R in a curve of the radius R to the left",
+        0.0, description="yaw rate to the left over V [1/mm]: 1/R in a curve of the radius R to the left"
     )
 
 

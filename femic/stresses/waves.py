@@ -233,10 +233,7 @@ def strip_forces(section: SectionMesh, grid: Grid) -> csc_matrix:
     before = np.clip(np.floor((s - low) / ds).astype(int), 0, grid.n_s)  # the middle before each node
     share = (s - middles[before]) / ds
     hats = csc_matrix(
-        (
-            np.append(1 - share, share),
-            (np.tile(np.arange(len(s)), 2), np.append(before, before + 1)),
-        ),
+        (np.append(1 - share, share), (np.tile(np.arange(len(s)), 2), np.append(before, before + 1))),
         shape=(len(s), grid.n_s + 2),
     )[:, 1:-1]
     trace = section.interpolation(s).T.tocsr()  # (n_nodes, n)

@@ -25,7 +25,7 @@ from femic.contact.friction.motion import Creepages
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.motions import solve_with_friction
-from femic.contact.motions.compression import OF_COMPRESSION, estimate_steps, in_halves, in_steps
+from femic.contact.motions.compression import OF_COMPRESSION, estimate_steps, in_halves, solve_steps
 from femic.contact.motions.rolling import OF_ROLLING, measured_rolling
 from femic.contact.motions.transient import estimate_path, solve_path
 from femic.contact.pairs.pair_with_friction import PairWithFriction, on_larger_elements
@@ -172,11 +172,11 @@ def compress(problem: ContactProblem, options: RunOptions) -> ContactSolution:
 
     def numbers(pair: PairWithFriction) -> Numbers:
         slower = _with(pair, loads=tuple(in_halves(pair.loads)))
-        return in_steps(slower, _frictional(slower), "finer")[0][-1].numbers
+        return solve_steps(slower, _frictional(slower), "finer")[0][-1].numbers
 
     def solve(pair: PairWithFriction) -> ContactSolution:
         contact, label = _frictional(pair), pair.problem.name
-        steps, _ = in_steps(pair, contact, label)
+        steps, _ = solve_steps(pair, contact, label)
         estimates = estimate_steps(pair, contact, label, steps)
         return _solution(pair, steps[-1], estimates[-1], OF_COMPRESSION, numbers)
 

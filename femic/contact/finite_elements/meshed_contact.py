@@ -20,7 +20,7 @@ from time import perf_counter
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator
 
-from femic.contact.finite_elements.bodies import Elastic, Expected, meshed
+from femic.contact.finite_elements.bodies import Elastic, Expected, mesh_body
 from femic.contact.finite_elements.coupling import CoupledBodies, couple, on_upper
 from femic.contact.finite_elements.saddle import ActiveSetSolution, solve_active_set
 from femic.contact.pairs.ics import c_job
@@ -206,7 +206,7 @@ def mesh_bodies(bodies: Bodies, expected: Expected, cells: float) -> Meshes:
     else:
         low, high = (s + undeformed.upper_offset for s in expected.s)
     lower, upper = (
-        meshed(body, patch, cells, half_section=bodies.half_section)
+        mesh_body(body, patch, cells, half_section=bodies.half_section)
         for body, patch in (
             (bodies.lower, expected),
             (bodies.upper, Expected(expected.a, (float(low), float(high)))),

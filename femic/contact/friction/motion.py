@@ -138,9 +138,9 @@ def growing(pairs: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float]
     return pairs
 
 
+ByAngle = Annotated[Several[Annotated[tuple[Angle, Factor], Strict(False)]], AfterValidator(growing)]
 FactorsByAngle = Annotated[
-    Several[Annotated[tuple[Angle, Factor], Strict(False)]],
-    AfterValidator(growing),
+    ByAngle,
     Field(
         description="pairs [contact angle in degrees, factor from 0 to 10] of friction that depends on the "
         "angle: each coefficient times the factor at the inclination of the lower surface, whichever side; "

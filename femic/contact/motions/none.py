@@ -244,7 +244,7 @@ class Sensitivity:
 def sensitivities(contacts: Mapping[str, SolvedContact]) -> Iterator[Sensitivity]:
     """Yield the sensitivities to the pressures of every contact on the patch of every contact."""
     for (source, pressures), (name, patch) in product(contacts.items(), repeat=2):
-        p = mapped(pressures, patch)
+        p = map_pressures(pressures, patch)
         by_a, by_bhat = (patch.on_grid.operator(ics)(p[..., None])[..., 0] for ics in ("A", REFERENCE))
         difference = (by_a - by_bhat) / np.max(by_bhat)
         yield Sensitivity(
@@ -252,7 +252,7 @@ def sensitivities(contacts: Mapping[str, SolvedContact]) -> Iterator[Sensitivity
         )
 
 
-def mapped(contact: SolvedContact, patch: SolvedContact) -> Array:
+def map_pressures(contact: SolvedContact, patch: SolvedContact) -> Array:
     """Return the pressures of one contact on the patch of another, at equal x / a and s / b; (n_x, n_s)."""
     interpolate = scipy.interpolate.RegularGridInterpolator(
         _normalised(contact), contact.normal.p, bounds_error=False, fill_value=0.0

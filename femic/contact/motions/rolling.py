@@ -400,7 +400,7 @@ def _estimates(
 # --- all curves of a dataset ---
 
 
-def with_distances(dataset: xr.Dataset, specification: ContactSpecification) -> xr.Dataset:
+def add_distances(dataset: xr.Dataset, specification: ContactSpecification) -> xr.Dataset:
     """Return the dataset of all ICs with distances of their curves to the reference's: `rms` and `largest`.
 
     Creepages without a contact do not count. Estimates are those of the differences, and 0 for the reference.
@@ -506,6 +506,6 @@ MOTION = Motion(
     wheel_rolls=True,
     solve=solve_curve,
     solve_point=solve_nearest_to_no_creepage,
-    complete=with_distances,
+    complete=add_distances,
     misfits=forces_beyond_creepages,
 )

@@ -16,14 +16,7 @@ import scipy
 from femic.contact.loading import Loading
 from femic.contact.normal import NormalContact
 from femic.contact.pairs.areas import Areas, AreasContact, AreaTooSmall
-from femic.contact.pairs.grids import (
-    COARSE_MARGIN,
-    ROOM,
-    extend_grid,
-    hertz,
-    keep_on_contours,
-    round_up,
-)
+from femic.contact.pairs.grids import COARSE_MARGIN, ROOM, extend_grid, hertz, keep_on_contours, round_up
 from femic.contact.pairs.pair_on_grid import RESOLVED, PairOnGrid
 from femic.contact.patch import MARGIN
 from femic.contact.undeformed import TangentPlane, Undeformed
@@ -183,17 +176,17 @@ def unresolved(contact: AreasContact, number: int) -> float:
 
 
 def refined_grids(
-    bodies: PairOnGrid, boxes: Sequence[Box], sought: Sought, elements: int, most_strips: int = MOST_STRIPS
+    bodies: PairOnGrid, boxes: Sequence[Box], sought: Sought, elements: int
 ) -> tuple[Grid, ...]:
-    """Return grids over patches that are long enough, with enough elements across each and for p_max.
-
-    Grids of more than `MOST_ELEMENTS` elements or `most_strips` strips are not made finer.
-    """
-    return refine(bodies, fitting_grids(bodies, boxes, elements, most_strips), sought, most_strips)
+    """Return grids over patches, `refine`d."""
+    return refine(bodies, fitting_grids(bodies, boxes, elements, MOST_STRIPS), sought, MOST_STRIPS)
 
 
 def refine(bodies: PairOnGrid, grids: Sequence[Grid], sought: Sought, most_strips: int) -> tuple[Grid, ...]:
-    """Return grids made longer and finer, as `refined_grids` says."""
+    """Return grids made long enough, with enough elements across each patch and for p_max.
+
+    Grids of more than `MOST_ELEMENTS` elements or `most_strips` strips are not made finer.
+    """
     for _ in range(MOST_TRIES):
         areas = Areas.with_approximation(sought.variant, bodies, grids, sought.roll)
         try:

@@ -14,7 +14,7 @@ from compare.pages.contact_numbers import (
     numbers_table,
 )
 from compare.report.tables import with_estimate
-from femic.contact.motions.none import mapped, sensitivities
+from femic.contact.motions.none import map_pressures, sensitivities
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
 from femic.results.contact import compute_contact, pressures, to_dataset
 from femic.scenes.load import load_scene, scene_from_table
@@ -205,7 +205,7 @@ def shapes(results):
 def test_pressures_mapped_onto_their_own_patch_are_the_same(results):
     shape = mapped_contact(results["wide"])
     assert shape.loading.load == 5300e3  # as the scene says, and not the largest
-    np.testing.assert_allclose(mapped(shape, shape), shape.normal.p, atol=1e-9 * shape.normal.p.max())
+    np.testing.assert_allclose(map_pressures(shape, shape), shape.normal.p, atol=1e-9 * shape.normal.p.max())
 
 
 def test_maps_show_displacements_with_a_minus_displacements_with_bhat(results, tmp_path):

@@ -5,7 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from advice_reliability import LEAST_HELD, Trial, check_bounds, choose_rule, coverage_rows, worst_trials
+from advice_reliability import (
+    LEAST_HELD,
+    Trial,
+    check_bounds,
+    choose_rule,
+    coverage_rows,
+    worst_trials,
+    write,
+)
 from advice_scenes import random_scene
 
 from femic.advice.expected import Bounds, bounds_at, expect
@@ -17,7 +25,6 @@ from femic.advice.knowledge import (
     Rule,
     contact_features,
     read,
-    write,
 )
 
 NUMBER, ICS = "p_max", "A"
@@ -150,8 +157,8 @@ def test_expected_of_a_contact(scene):
     expected = expect(scene.problem, [NUMBER, "area"], around(scene))
     assert expected.bounds == {(ICS, NUMBER): Bounds(0.01, 0.06)}
     assert [expected.high(*of) for of in ((ICS, "area"), ("B", NUMBER))] == [np.inf, np.inf]
-    assert "1.0 to 6.0 %" in expected.sentence_of(ICS, NUMBER)
-    assert "9 of 10 random scenes" in expected.sentence_of(ICS, NUMBER)
+    assert "1.0 to 6.0 %" in expected.describe(ICS, NUMBER)
+    assert "9 of 10 random scenes" in expected.describe(ICS, NUMBER)
 
 
 def test_pressures_without_friction_are_those_studied_without(scene):
@@ -159,7 +166,7 @@ def test_pressures_without_friction_are_those_studied_without(scene):
     still = replace(scene.problem, specification=specification)
     expected = expect(still, [NUMBER], around(scene))
     assert expected.bounds == {(ICS, NUMBER): Bounds(0.02, 0.12)}
-    assert "not tested" in expected.sentence_of(ICS, NUMBER)
+    assert "not tested" in expected.describe(ICS, NUMBER)
     assert expect(still, ["F_x"], around(scene)) is None
 
 
@@ -171,7 +178,7 @@ def test_shares_of_a_force_that_may_vanish_have_no_largest(scene):
     ]
     expected = expect(scene.problem, ["F_x"], replace(known, scenes=own))
     assert expected.bounds == {(ICS, "F_x"): Bounds(0.01, np.inf)}
-    assert "1.0 % or more" in expected.sentence_of(ICS, "F_x")
+    assert "1.0 % or more" in expected.describe(ICS, "F_x")
 
 
 def test_trials_have_the_bounds_that_are_stated():

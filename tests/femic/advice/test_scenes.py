@@ -5,7 +5,7 @@ import pytest
 from advice_reliability import ics_errors, reference_estimates
 from advice_scenes import ANGLES, ELEMENTS, random_scene, solve_scene
 
-from femic.advice.knowledge import FEATURES, contact_features, packaged, saturation
+from femic.advice.knowledge import FEATURES, contact_features, packaged_knowledge, saturation
 from femic.contact.pairs.pair_on_grid import undeformed_surfaces
 
 READING = 0.1 / ELEMENTS  # of edges: a twentieth of an element at both ends
@@ -43,7 +43,7 @@ def test_features_do_not_depend_on_units_of_length_and_modulus():
 @pytest.mark.slow  # C: a minute
 @pytest.mark.parametrize("index", range(SOLVED_AGAIN))
 def test_known_scenes_are_as_solved_again(index):
-    known = packaged().scenes[index]
+    known = packaged_knowledge().scenes[index]
     entry = solve_scene(random_scene(known.seed, known.number), known.seed, known.number)
     errors, estimates = ics_errors(entry), reference_estimates(entry)
     for ics, of_ics in known.errors.items():
