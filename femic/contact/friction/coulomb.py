@@ -23,15 +23,7 @@ from functools import cached_property
 
 import numpy as np
 
-from femic.contact.friction.law import (
-    LOOSEST,
-    Law,
-    StripInverse,
-    Strips,
-    correction,
-    inverse_of_amplitudes,
-    stagnated,
-)
+from femic.contact.friction.law import LOOSEST, Law, Strips, correction, inverse_of_amplitudes, stagnated
 from femic.contact.friction.motion import LeadingEdge, Linear, Motion
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure
@@ -138,6 +130,11 @@ class _State:
     law: Law
     force_residuals: Array  # (k,), in units of tractions
 
+    @property
+    def q(self) -> Array:
+        """Tractions of the free elements, shape (m, 2)."""
+        return self.law.q
+
     @cached_property
     def residual(self) -> Array:
         """Residuals, in units of tractions, shape (2 m + k,)."""
@@ -175,7 +172,7 @@ class _Newton:
             return
         all_stick = replace(given, law=replace(given.law, sticking=True))
         dq, dc = self.step(all_stick, tolerance, FULL_STICK_RESIDUAL)
-        q = given.law.q + dq
+        q = given.q + dq
         size = np.maximum(np.linalg.norm(q, axis=1, keepdims=True), 1e-300)
         yield self.state(q * np.minimum(1.0, self.g / size), given.c + dc)
 
@@ -186,7 +183,7 @@ class _Newton:
             residuals.append(state.largest)
             if state.largest <= tolerance:
                 stick = self.problem.edge.with_followers(state.law.stick)
-                return Tangential(self.spread(state.law.q), state.law.centred, stick, state.c, residuals)
+                return Tangential(self.spread(state.q), state.law.centred, stick, state.c, residuals)
             state = self.next(state, tolerance)
         return None
 
@@ -223,16 +220,15 @@ class _Newton:
         change = self.slip(dq, dc)
         share = 1.0
         while True:
-            q, c = state.law.q + share * dq, state.c + share * dc
-            candidate = self.state(q, c, state.linear + share * change)
+            candidate = self.state(state.q + share * dq, state.c + share * dc, state.linear + share * change)
             if candidate.defect <= (1 - DECREASE * share) * state.defect or share <= LEAST_STEP:
                 return candidate
             share /= 2
 
     def step(self, state: _State, tolerance: float, loosest: float = LOOSEST) -> tuple[Array, Array]:
         """Return the solution of the linear equations."""
-        problem, law, m = self.problem, state.law, len(state.law.q)
-        strip_inverse, none = StripInverse(problem.strips, law, problem.edge), np.zeros_like(law.q)
+        problem, law, m = self.problem, state.law, len(state.q)
+        strip_inverse, none = problem.strips.inverse(law, problem.edge), np.zeros_like(law.q)
         modes = problem.free.modes
         columns = np.reshape(  # tractions that undo the residuals of unit amplitudes
             [strip_inverse(law.derivative(none, mode)) for mode in modes], (len(modes), m, 2)

@@ -154,6 +154,10 @@ class Strips:
         behind = np.concatenate([np.zeros_like(slip[:, :1]), slip[:, :-1]], axis=1)
         return cls(slip, behind, flat.strips_alone)
 
+    def inverse(self, law: Law, edge: LeadingEdge) -> "StripInverse":
+        """Return the approximate inverse of the derivative of a law by tractions of free elements."""
+        return StripInverse(self, law, edge)
+
 
 @dataclass(frozen=True, eq=False)
 class StripInverse:

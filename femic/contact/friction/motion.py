@@ -312,10 +312,14 @@ class Motion:
         """The same in a form that is less accurate and more robust, None where there is none."""
         return None
 
+    def half_way(self, rigid: Array) -> Array:
+        """Return a rigid slip where that by displacements is known, shape (n_x, n_s, 2)."""
+        return rigid
+
     @property
     def given(self) -> Array:
         """The slip without displacements, shape (n_x, n_s, 2)."""
-        return self.rigid
+        return self.half_way(self.rigid)
 
     def given_at(self, approach: float) -> Array:  # noqa: ARG002 (a shift depends on it)
         """Return the slip without displacements at a vertical approach [mm], shape (n_x, n_s, 2)."""
@@ -324,7 +328,7 @@ class Motion:
     @property
     def free_slips(self) -> Array:
         """The free slips, shape (k, n_x, n_s, 2)."""
-        return np.reshape([free.slip for free in self.free], (len(self.free), *self.rigid.shape))
+        return np.reshape([self.half_way(free.slip) for free in self.free], (-1, *self.rigid.shape))
 
     def coarsened(self) -> Self:
         """Return the motion on elements twice as large."""
@@ -410,22 +414,12 @@ class SteadyRolling(Motion):
         """Return the derivative of it at a slip: a linear function of changes of this."""
         return super().derivative_at_elements(slip) if self.order == 1 else centred_derivative(slip)
 
-    @property
-    def given(self) -> Array:
-        """The slip without displacements, shape (n_x, n_s, 2)."""
-        return self._half_way(self.rigid)
-
-    @property
-    def free_slips(self) -> Array:
-        """The free slips, shape (k, n_x, n_s, 2)."""
-        slips = [self._half_way(free.slip) for free in self.free]
-        return np.reshape(slips, (len(slips), *self.rigid.shape))
+    def half_way(self, rigid: Array) -> Array:
+        """Return the rigid slip half way to the next elements; of order 1 at the elements."""
+        return rigid if self.order == 1 else (rigid + ahead(rigid)) / 2
 
     def _on_elements(self, take: Callable[[Array], Array], size: int) -> Self:
         return replace(super()._on_elements(take, size), dx=size * self.dx)
-
-    def _half_way(self, rigid: Array) -> Array:
-        return rigid if self.order == 1 else (rigid + ahead(rigid)) / 2
 
 
 @dataclass(frozen=True, eq=False)
