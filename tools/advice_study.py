@@ -16,12 +16,7 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from write_docs import rounded
-
-from femic.advice.knowledge import NUMBERS as NUMBERS_OF
-from femic.advice.knowledge import Knowledge, KnownScene
-from femic.advice.knowledge import write as write_knowledge
-from femic.advice.reliability import (
+from advice_reliability import (
     LEAST_HELD,
     TOLERANCES,
     check_bounds,
@@ -31,8 +26,12 @@ from femic.advice.reliability import (
     known_scenes,
     worst_trials,
 )
-from femic.advice.scenes import ELEMENTS
-from femic.advice.study import FEATURES, entries, solve_missing
+from advice_reliability import NUMBERS as NUMBERS_OF
+from advice_reliability import write as write_knowledge
+from advice_scenes import ELEMENTS, entries, solve_missing
+from write_docs import rounded
+
+from femic.advice.knowledge import FEATURES, Knowledge, KnownScene
 from femic.cache.digests import versions
 
 ROOT = Path(__file__).parents[1]
@@ -120,9 +119,15 @@ def counts(found: list[dict[str, Any]]) -> dict[str, Any]:
 def ranges(knowledge: Knowledge) -> list[dict[str, Any]]:
     """Return the ranges of the features of known scenes."""
     return [
-        {"meaning": of.meaning, "unit": of.unit, "low": min(values), "high": max(values), "scale": of.scale}
-        | {"logarithmic": of.logarithmic}
-        for name, of in FEATURES.items()
+        {
+            "meaning": feature.meaning,
+            "unit": feature.unit,
+            "low": min(values),
+            "high": max(values),
+            "scale": feature.scale,
+        }
+        | {"logarithmic": feature.logarithmic}
+        for name, feature in FEATURES.items()
         if (values := [scene.features[name] for scene in knowledge.scenes])
     ]
 

@@ -65,7 +65,7 @@ def expected_advice(scene: Scene, question: Question, expectation: Expectation) 
         return None
     closest, simplest = min(enough, key=bounds.__getitem__), enough[0]
     label = f"contact.ics = [{closest!r}]"
-    known = [expectation.sentence_of(closest, number) for number in question.names]
+    known = [expectation.describe(closest, number) for number in question.names]
     if simplest != closest:
         known.append(f"{ics_symbol(simplest)} is good enough, too: expected within {bounds[simplest]:.1%}.")
     text = (

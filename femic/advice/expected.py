@@ -6,8 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from femic.advice.knowledge import PRESSURE_IN_ROLLING, ROLLING_NUMBERS, Knowledge, KnownScene, Rule, packaged
-from femic.advice.study import NORMAL_NUMBERS, contact_features, saturation
+from femic.advice.knowledge import (
+    NORMAL_NUMBERS,
+    PRESSURE_IN_ROLLING,
+    ROLLING_NUMBERS,
+    Knowledge,
+    KnownScene,
+    Rule,
+    contact_features,
+    packaged_knowledge,
+    saturation,
+)
 from femic.contact.pairs.grids import Size, contact_size
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.specification import ContactProblem
@@ -39,7 +48,7 @@ class Expectation:
         """Return the largest error to be expected, a share; infinite where nothing is known."""
         return self.bounds[ics, number].high if (ics, number) in self.bounds else np.inf
 
-    def sentence_of(self, ics: str, number: str) -> str:
+    def describe(self, ics: str, number: str) -> str:
         """Return what is expected of one number with some ICs, from what, and how often that was right."""
         if (ics, number) not in self.bounds:
             return f"No errors of {number} with {ics} are known."
@@ -61,7 +70,7 @@ def expect(
     None where the contact lies outside of what is known; why is logged. `knowledge` is by default that of the
     package.
     """
-    knowledge = knowledge or packaged()
+    knowledge = knowledge or packaged_knowledge()
     specification, friction = problem.specification, problem.specification.friction
     cases: list[tuple[dict[str, float], Size]] = []  # features and patch of each loading and friction
     try:
@@ -84,10 +93,10 @@ def expect(
         spanned = min(friction.longitudinal) <= -max(steps) and max(steps) <= max(friction.longitudinal)
     bounds, studied = {}, _studied(problem, want)
     for number, name in studied.items():
-        of_cases = [bounds_at(knowledge, features, name) for features, _ in cases]
-        for ics in of_cases[0]:
-            if all(ics in of_case for of_case in of_cases):
-                each = [of_case[ics] for of_case in of_cases]
+        known = [bounds_at(knowledge, features, name) for features, _ in cases]
+        for ics in known[0]:
+            each = [by_ics[ics] for by_ics in known if ics in by_ics]
+            if len(each) == len(known):
                 low = max(one.low for one in each) if spanned else 0.0
                 bounds[ics, number] = Bounds(low, max(one.high for one in each))
     return Expectation(bounds, knowledge, studied)

@@ -1,88 +1,119 @@
 """What is known: features and errors of random scenes, the rule of bounds, and how often these held.
 
-Errors of approximate ICs in a studied scene are by ICs and number, with the names of `femic advise`.
+Features are what is known of a contact with B-hat alone, before C is solved, and on what the errors of
+approximate ICs depend: by what the patch turns and where it lies, how conformal the bodies are, what lies
+beyond the patch, materials, friction. Errors are by ICs and number, with the names of `femic advise`.
+tools/advice_study.py solves the scenes.
 """
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from femic.advice.scenes import CREEPAGES
-from femic.advice.study import FEATURES, NORMAL_ICS, NORMAL_NUMBERS, PERTURBED, ROLLING_ICS
-from femic.cache.files import write_text
-from femic.contact.pairs.ics import C
+from femic.contact.pairs.grids import Size
+from femic.contact.specification import ContactProblem
 from geometries.arrays import Array, Indices
 
-# --- errors in a studied scene ---
+# --- numbers ---
 
-MIX, SAME_NORMAL = "mix", "Bhat"  # the mix has the nn ICs of B-hat
+NORMAL_NUMBERS = ("p_max", "a", "b", "angle", "approach", "area", "stiffness")
 PRESSURE_IN_ROLLING = "p_max in rolling"  # tangential tractions change pressures, too
 ROLLING_NUMBERS = (
     *("F_x/limit", "F_x", "F_y/limit", "sliding_share", "zero_creepage", "slope"),
     PRESSURE_IN_ROLLING,
 )
-NUMBERS = (*NORMAL_NUMBERS, *ROLLING_NUMBERS)
-AWAY = np.array(CREEPAGES) != 0  # creepages at which the force is not nearly none
-LEAST_FORCE = 1e-3  # over friction times load: shares of smaller forces with C are shares of this
 
-Errors = dict[str, dict[str, float]]  # by ICs and number
+# --- features of a contact ---
+
+FLAT = 1e-6  # curvature [1/mm] below which a contour is flat
+INSIDE = 0.98  # of a patch, over which its curvatures are compared
+SATURATION = 4.0  # G a b times this is a slope of creep forces, nearly that of Kalker's linear theory
 
 
-def ics_errors(entry: Mapping[str, Any]) -> Errors:
-    """Return the errors of all ICs of an entry against C, each a share as in docs/evidence/advice.md.
+@dataclass(frozen=True)
+class Feature:
+    """A number on which errors depend: in words, and the difference that counts like one of 1 elsewhere."""
 
-    Those without friction have a sign; of rolling, each is the largest over the creepages, without a sign.
+    meaning: str
+    scale: float
+    unit: str = ""
+    logarithmic: bool = False
+    only_with_friction: bool = False
+
+    def on_scale(self, value: float) -> float:
+        """Return a value over the scale."""
+        return float(np.log(value) if self.logarithmic else value) / self.scale
+
+
+FEATURES: Mapping[str, Feature] = {
+    "angle": Feature("the angle by which the patch turns", 0.15, "deg", logarithmic=True),
+    "middle": Feature("the inclination at its middle", 15.0, "deg"),
+    "aspect": Feature("its aspect a/b", 0.7, logarithmic=True),
+    "unlike": Feature("the relative difference of the bodies' curvatures", 1.0, logarithmic=True),
+    "varying": Feature("the curvature at its ends over that at its middle", 0.5, logarithmic=True),
+    "beyond": Feature(
+        "the inclination of the flatter flank beyond its ends, less that of the end", 25.0, "deg"
+    ),
+    "modulus": Feature("the modulus of the upper over that of the lower body", 0.5, logarithmic=True),
+    "nu_lower": Feature("Poisson's ratio of the lower body", 0.15),
+    "nu_upper": Feature("Poisson's ratio of the upper body", 0.15),
+    "long": Feature("a over the rolling radius", 1.5, logarithmic=True),
+    "friction": Feature("the coefficient of friction", 0.25, only_with_friction=True),
+}
+
+
+def contact_features(problem: ContactProblem, size: Size) -> dict[str, float]:
+    """Return the features of a contact by name; `size` is that of its patch with B-hat.
+
+    Each angle [deg] and ratio as in `FEATURES`; 0 where there is no friction.
     """
-    of_normal = {name: _frictionless(entry, name) for name in NORMAL_ICS}
-    of_normal[MIX] = of_normal[SAME_NORMAL]
-    errors: Errors = {name: dict(row) for name, row in of_normal.items()}
-    for name in ROLLING_ICS:
-        if name in entry["rolling"]:
-            errors[name] |= _rolling(entry, name)
-    return errors
-
-
-def reference_estimates(entry: Mapping[str, Any]) -> dict[str, float]:
-    """Return the estimated error of C by number, on the same scales; of rolling 0 where it is not known."""
-    estimates = {name: abs(error) for name, error in _frictionless(entry, PERTURBED).items()}
-    return estimates | (
-        _rolling(entry, PERTURBED) if PERTURBED in entry["rolling"] else dict.fromkeys(ROLLING_NUMBERS, 0.0)
-    )
-
-
-def _frictionless(entry: Mapping[str, Any], name: str) -> dict[str, float]:
-    own, reference = entry["frictionless"][name], entry["frictionless"][C]
-    return {number: own[number] / reference[number] - 1 for number in NORMAL_NUMBERS}
-
-
-def _rolling(entry: Mapping[str, Any], name: str) -> dict[str, float]:
-    own, reference = entry["rolling"][name], entry["rolling"][C]
-    away = {
-        number: np.abs(np.array(own[number]) - np.array(reference[number]))
-        for number in ("F_x", "F_y", "sliding_share")
-    }
-    shares = away["F_x"][AWAY] / np.maximum(np.abs(np.array(reference["F_x"]))[AWAY], LEAST_FORCE)
-    pressures = np.abs(np.array(own["p_max"]) / np.array(reference["p_max"]) - 1)
+    lower, upper = (problem.bodies[name] for name in ("lower", "upper"))
+    ends, middle, friction = np.array(size.s), sum(size.s) / 2, problem.specification.friction
+    inclination = np.degrees(lower.contour.inclination(ends))
+    a, b = size.x[1], (size.s[1] - size.s[0]) / 2
+    curvature = max(abs(float(lower.contour.curvature(middle))), FLAT)
+    at_ends = np.abs(lower.contour.curvature(middle + INSIDE * b * np.array([-1.0, 1.0])))
+    s = np.linspace(*upper.contour.limits, 401)  # the upper contour has the inclination of the middle there
+    turned = np.abs(upper.contour.inclination(s) - float(lower.contour.inclination(middle)))
+    opposite = float(upper.contour.curvature(s[np.argmin(turned)]))
     return {
-        PRESSURE_IN_ROLLING: float(np.max(pressures)),
-        "F_x/limit": float(np.max(away["F_x"])),
-        "F_x": float(np.max(shares)),
-        "F_y/limit": float(np.max(away["F_y"])),
-        "sliding_share": float(np.max(away["sliding_share"])),
-        "zero_creepage": abs(own["zero_creepage"] - reference["zero_creepage"]) * abs(reference["slope"]),
-        "slope": abs(own["slope"] / reference["slope"] - 1),
+        "angle": float(np.ptp(inclination)),
+        "middle": abs(float(np.mean(inclination))),
+        "aspect": a / b,
+        "unlike": max(abs(1 - opposite / curvature), 1e-3),
+        "varying": max(float(np.mean(at_ends)), FLAT) / curvature,
+        "beyond": turn_beyond(problem, inclination),
+        "modulus": upper.material.E / lower.material.E,
+        "nu_lower": lower.material.nu,
+        "nu_upper": upper.material.nu,
+        "long": a / upper.rolling_radius,
+        "friction": max(friction.coefficients) if friction else 0.0,
     }
+
+
+def saturation(problem: ContactProblem, size: Size, friction: float, load: float) -> float:
+    """Return a creepage at which a contact is nearly saturated: friction times load over a linear slope."""
+    compliance = np.mean([1 / body.material.G for body in problem.bodies.values()])
+    a, b = size.x[1], (size.s[1] - size.s[0]) / 2
+    return float(friction * load * compliance / (SATURATION * a * b))
+
+
+def turn_beyond(problem: ContactProblem, ends: np.ndarray) -> float:
+    """Return by how much contours turn further beyond the ends of a patch [deg], on the side of the least."""
+    turns = []
+    for body in problem.bodies.values():
+        left, right = np.degrees(body.contour.inclination(np.array(body.contour.limits)))
+        turns += [float(ends[0] - left), float(right - ends[1])]
+    return min(turns)
 
 
 # --- knowledge of many scenes ---
 
 PACKAGED = Path(__file__).with_name("knowledge.json")
-DIGITS = 4  # of stored numbers
 NEARLY = 0.1  # of the scale of a feature: so far outside of known values is still inside
 
 
@@ -135,7 +166,7 @@ class Knowledge:
     def order(self, features: Mapping[str, float], *, friction: bool) -> Indices:
         """Return the indices of the known scenes, the most similar first."""
         apart = self._scaled - _on_scale(features)
-        counts = [friction or not of.only_with_friction for of in FEATURES.values()]
+        counts = [friction or not feature.only_with_friction for feature in FEATURES.values()]
         return np.argsort(np.linalg.norm(apart[:, counts], axis=1), kind="stable")
 
     @cached_property
@@ -161,11 +192,11 @@ class Knowledge:
 
 def _on_scale(features: Mapping[str, float]) -> Array:
     """Return features over their scales, shape (features,)."""
-    return np.array([of.on_scale(features[name]) for name, of in FEATURES.items()])
+    return np.array([feature.on_scale(features[name]) for name, feature in FEATURES.items()])
 
 
 @cache
-def packaged() -> Knowledge:
+def packaged_knowledge() -> Knowledge:
     """Return the knowledge of the package."""
     return read(PACKAGED)
 
@@ -175,24 +206,3 @@ def read(path: Path) -> Knowledge:
     content = json.loads(path.read_text(encoding="utf-8"))
     scenes = [KnownScene(**scene) for scene in content["scenes"]]
     return Knowledge(scenes, Rule(**content["rule"]), BoundCoverage(**content["held"]), content["code"])
-
-
-def write(knowledge: Knowledge, facts: Mapping[str, Any], path: Path = PACKAGED) -> None:
-    """Write knowledge, and facts on how it was computed, to a file."""
-    content = {
-        "code": knowledge.code,
-        **facts,
-        "rule": asdict(knowledge.rule),
-        "held": asdict(knowledge.held),
-    }
-    scenes = [json.dumps(_rounded(asdict(scene)), ensure_ascii=False) for scene in knowledge.scenes]
-    head = json.dumps(content, ensure_ascii=False)[:-1]
-    listed = ",\n".join(scenes)
-    write_text(f'{head},\n"scenes": [\n{listed}\n]}}\n', path)
-
-
-def _rounded(values: Any) -> Any:
-    """Return values with numbers to `DIGITS` digits."""
-    if isinstance(values, Mapping):
-        return {key: _rounded(value) for key, value in values.items()}
-    return float(f"{values:.{DIGITS}g}") if isinstance(values, float) else values

@@ -147,7 +147,7 @@ def estimates(
     grids = [measured.numbers, coarse] + ([] if coarser is None else [coarser])
     rows = {name: [numbers[name] for numbers in grids] for name in kinds}
     errors = {name: from_grids(*row) for name, row in rows.items()}
-    shares = _pooled(errors, kinds, scales)
+    shares, _ = _pooled(errors, kinds, scales)
     return {
         name: scales[name].rounds * ROUNDING
         + (0.0 if name in measured.exact else scales[name].changes * shares[name])
@@ -160,8 +160,7 @@ def changes(measured: Measured, kinds: Mapping[str, Kind], other: Numbers) -> di
     """Return the differences to numbers found in another way; related ones count as in estimates."""
     scales = {name: measured.scale(name, kind) for name, kind in kinds.items()}
     away = {name: abs(measured.numbers[name] - other[name]) for name in kinds}
-    pooled = _pooled(away, kinds, scales)
-    largest = _largest({name: _share(away[name], scales[name].changes) for name in kinds}, kinds)
+    pooled, largest = _pooled(away, kinds, scales)
     shares = {name: max(pooled[name], largest.get(kind.follows, 0.0)) for name, kind in kinds.items()}
     return {
         name: away[name] if name in measured.exact else max(away[name], scales[name].changes * shares[name])
@@ -183,35 +182,30 @@ def errors(
     coarse, coarser = (*larger, None, None)[:2]
     if fine is None or coarse is None:
         return dict.fromkeys(kinds, np.nan)
-    of_grids = estimates(fine, kinds, coarse.numbers, None if coarser is None else coarser.numbers)
-    return {name: float(sum(part[name] for part in (of_grids, *others))) for name in of_grids}
+    by_grids = estimates(fine, kinds, coarse.numbers, None if coarser is None else coarser.numbers)
+    return {name: float(sum(part[name] for part in (by_grids, *others))) for name in by_grids}
 
 
-def _pooled(errors: Numbers, kinds: Mapping[str, Kind], scales: Mapping[str, Scale]) -> dict[str, float]:
-    """Errors as shares of their scales, or the part of the largest of related numbers that counts."""
-    shares = {name: _share(error, scales[name].changes) for name, error in errors.items()}
-    largest = _largest(shares, kinds)
-    return {
-        name: float(
-            np.max(
-                [shares[name] * kind.own] + [part * largest.get(group, 0.0) for group, part in kind.related]
-            )
-        )
-        for name, kind in kinds.items()
+def _pooled(
+    errors: Numbers, kinds: Mapping[str, Kind], scales: Mapping[str, Scale]
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Return errors as shares of their scales, and the largest share of each group.
+
+    A share is that of related numbers, as far as these count, if it is more; 0 where nothing could change.
+    """
+    shares = {
+        name: error / scales[name].changes if scales[name].changes != 0 else 0.0 * error
+        for name, error in errors.items()
     }
-
-
-def _largest(shares: Numbers, kinds: Mapping[str, Kind]) -> dict[str, float]:
-    """Return the largest share of each group."""
-    return {
+    largest = {
         group: float(np.max([shares[name] for name, kind in kinds.items() if kind.group == group]))
         for group in {kind.group for kind in kinds.values()}
     }
-
-
-def _share(error: float, scale: float) -> float:
-    """Return an error over its scale; 0 where there is nothing that could change."""
-    return error / scale if scale != 0 else 0.0 * error
+    pooled = {
+        name: [shares[name] * kind.own, *(part * largest.get(group, 0.0) for group, part in kind.related)]
+        for name, kind in kinds.items()
+    }
+    return {name: float(np.max(candidates)) for name, candidates in pooled.items()}, largest
 
 
 # --- floors: elements in an uncertain state ---
@@ -307,17 +301,17 @@ def floors(tractions: SlipState) -> dict[str, float]:
     def part(mask: Mask) -> float:
         return float(np.count_nonzero(mask)) / area
 
-    def of_load(mask: Mask) -> float:
+    def load_share(mask: Mask) -> float:
         return float(np.sum(pressures[mask])) / load
 
-    rests_on_state = OF_STATE * of_load(tractions.open) if np.any(tractions.friction) else 0.0
+    rests_on_state = OF_STATE * load_share(tractions.open) if np.any(tractions.friction) else 0.0
     at_edge = tractions.at_edge
     peak = max(float(np.max(pressures)), 1e-300)
     return {
         "peak": OF_PEAK * _bend_at_peak(pressures) / peak,
-        "approach": OF_LOAD * of_load(at_edge),
-        "force": rests_on_state + OF_EDGE * of_load(at_edge),
-        "work": OF_WORK * rests_on_state / OF_STATE + OF_EDGE * of_load(at_edge),
+        "approach": OF_LOAD * load_share(at_edge),
+        "force": rests_on_state + OF_EDGE * load_share(at_edge),
+        "work": OF_WORK * rests_on_state / OF_STATE + OF_EDGE * load_share(at_edge),
         "sliding": OF_SLIDING * np.sqrt(part(tractions.open) / area) + OF_TURNING * part(tractions.turning),
         "area": OF_AREA * part(at_edge),
         "stiffness": OF_STIFFNESS * part(at_edge),  # it grows like the square root of the area
@@ -338,10 +332,7 @@ def _bend_at_peak(pressures: Array) -> float:
 def readings(patch: Extent) -> dict[str, float]:
     """Floors of the lengths of a patch along x and s."""
     half_x, half_s = ((high - low) / 2 for low, high in (patch.x, patch.s))
-    return {
-        "length": patch.accuracy_x / max(half_x, 0.5),
-        "width": patch.accuracy_s / max(half_s, 0.5),
-    }
+    return {"length": patch.accuracy_x / max(half_x, 0.5), "width": patch.accuracy_s / max(half_s, 0.5)}
 
 
 # --- floors and scales of forces and moments ---
@@ -362,7 +353,7 @@ class Places:
     def levers(self) -> Mapping[str, Array]:
         """What tractions contribute to forces and moments, by scale, (n_x, n_s, 3) [mm^2 or mm^3]."""
         x, y, z, sin, cos = self.x[:, None], self.y, self.z, self.sin, self.cos
-        of_each: dict[str, tuple[Array | float, ...]] = {
+        components: dict[str, tuple[Array | float, ...]] = {
             "longitudinal": (1.0, 0.0, 0.0),
             "lateral": (0.0, cos, sin),
             "about_x": (0.0, -y * sin - z * cos, y * cos - z * sin),
@@ -371,7 +362,7 @@ class Places:
         shape = len(self.x), len(self.y)
         return {
             name: self.area * np.stack([np.broadcast_to(part, shape) for part in parts], axis=-1)
-            for name, parts in of_each.items()
+            for name, parts in components.items()
         }
 
 
@@ -380,8 +371,8 @@ def floors_of_forces(tractions: SlipState, at: Places) -> dict[str, float]:
     p, load = tractions.p[..., N], max(float(np.sum(tractions.p[..., N])), 1e-300)
     lever = np.broadcast_to(at.y, p.shape)
     from_centre = (lever - float(np.sum(p * lever)) / load) / load
-    of_centre = np.stack([0 * p, 0 * p, from_centre], axis=-1)
-    return {name: _floor(tractions, w, at.cos) for name, w in {**at.levers, "centre": of_centre}.items()}
+    centre_lever = np.stack([0 * p, 0 * p, from_centre], axis=-1)
+    return {name: _floor(tractions, w, at.cos) for name, w in {**at.levers, "centre": centre_lever}.items()}
 
 
 def _floor(tractions: SlipState, lever: Array, cos: Array) -> float:
@@ -413,8 +404,8 @@ def vanishing_by_symmetry(p: Array, at: Places) -> set[str]:
     Then each element contributes the opposite of its mirror image along x, s, or both: this holds for all
     elements, where a sum may be small by chance.
     """
-    of_centre = np.broadcast_to(at.area * at.y, p.shape[:2])[..., None] * [0.0, 0.0, 1.0]
-    levers, symmetric = {**at.levers, "centre": of_centre}, set[str]()
+    centre_lever = np.broadcast_to(at.area * at.y, p.shape[:2])[..., None] * [0.0, 0.0, 1.0]
+    levers, symmetric = {**at.levers, "centre": centre_lever}, set[str]()
     for name, lever in levers.items():
         parts = np.sum(lever * p, axis=-1)
         largest = float(np.max(np.linalg.norm(lever, axis=-1) * np.linalg.norm(p, axis=-1), initial=0.0))
@@ -438,21 +429,21 @@ def scales(pressures: Array, friction: Array | float, at: Places) -> dict[str, S
     def apart(lever: Array) -> float:
         return float(np.sum(forces * np.abs(lever - np.sum(forces * lever) / load)))
 
-    def of_friction(lever: Array | float) -> float:
+    def frictional(lever: Array | float) -> float:
         return float(np.sum(friction * forces * lever))
 
     def reach(lever: Array) -> float:
         return float(np.max(np.where(in_contact, lever, 0.0), initial=0.0))
 
-    of_x, of_y, of_z = np.broadcast_arrays(x, at.y, at.z)
+    xs, ys, zs = np.broadcast_arrays(x, at.y, at.z)
     tilt = np.broadcast_to(at.sin, forces.shape)
-    about_x, about_z = np.hypot(of_y, of_z), np.hypot(of_x, of_y)
+    about_x, about_z = np.hypot(ys, zs), np.hypot(xs, ys)
     return {
-        "longitudinal": Scale(of_friction(1.0), load),
-        "lateral": Scale(of_friction(1.0) + apart(tilt), load),
-        "about_x": Scale(of_friction(about_x) + apart(at.y * at.cos - at.z * at.sin), load * reach(about_x)),
-        "about_z": Scale(of_friction(about_z) + apart(x * tilt), load * reach(about_z)),
-        "centre": Scale(apart(of_y) / load, reach(np.abs(of_y))),
+        "longitudinal": Scale(frictional(1.0), load),
+        "lateral": Scale(frictional(1.0) + apart(tilt), load),
+        "about_x": Scale(frictional(about_x) + apart(at.y * at.cos - at.z * at.sin), load * reach(about_x)),
+        "about_z": Scale(frictional(about_z) + apart(x * tilt), load * reach(about_z)),
+        "centre": Scale(apart(ys) / load, reach(np.abs(ys))),
     }
 
 

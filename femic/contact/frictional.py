@@ -304,13 +304,13 @@ class _Solution:
         """Return the tangential tractions for given pressures."""
         problem, motion = self.fast, self.motion
         bound = problem.bound(p[..., N])
-        of_pressures = problem.operator(p * [0.0, 0.0, 1.0])[..., :N]
+        by_pressures = problem.operator(p * [0.0, 0.0, 1.0])[..., :N]
         weights = np.reshape([free.weights for free in motion.free], (-1, *p.shape))
         targets = np.array([free.force for free in motion.free]) - np.tensordot(weights[..., N], p[..., N], 2)
         law = Coulomb(
             lambda q: motion.elastic_slip(problem.tangential(q)),
             problem.strips(motion),
-            motion.given_at(approach) + motion.elastic_slip(of_pressures),
+            motion.given_at(approach) + motion.elastic_slip(by_pressures),
             bound,
             LeadingEdge.find(bound, motion.depth),
             motion,

@@ -327,23 +327,23 @@ def solve(
     comes closer than `MARGIN` elements to an end of the grid, with the ends named.
     """
     loading = Loading(load, approach)
-    contact = _solved(problem, load, approach, start, tolerance)
+    contact = _solve_from_coarser(problem, loading, start, tolerance)
     if ends := near_ends(contact.in_contact):
         raise PotentialAreaTooSmall(ends, loading)
     return contact
 
 
-def _solved(
-    problem: NormalProblem, load: float | None, approach: float | None, start: Array | None, tolerance: float
+def _solve_from_coarser(
+    problem: NormalProblem, loading: Loading, start: Array | None, tolerance: float
 ) -> NormalContact:
-    coarser = None
+    coarser, load = None, loading.load
     if problem.has_coarser:
         coarse_start = None if start is None else block_mean(start)
-        coarser = _solved(problem.coarsened, load, approach, coarse_start, tolerance)
+        coarser = _solve_from_coarser(problem.coarsened, loading, coarse_start, tolerance)
         if start is None:
             start = coarser.p.repeat(2, axis=0).repeat(2, axis=1)
-    pressure_sum = None if load is None else load / problem.grid.area
+    load = None if load is None else load / problem.grid.area
     solution = pressures(
-        problem.bounded, load=pressure_sum, approach=approach, start=start, tolerance=tolerance
+        problem.bounded, load=load, approach=loading.approach, start=start, tolerance=tolerance
     )
     return NormalContact(problem, solution, coarser)

@@ -88,14 +88,13 @@ class Box:
 
     def confines(self, contact: Mask, margin: int) -> bool:
         """Return whether a contact has a margin to those ends of the box that are not the grid's."""
-        inner = Box(*map(_inner, (self.x, self.s), contact.shape, (margin, margin)))
+        inner = Box(
+            *(
+                (first + margin * (first > 0), last - margin * (last < n))
+                for (first, last), n in zip((self.x, self.s), contact.shape, strict=True)
+            )
+        )
         return bool(np.count_nonzero(inner.crop(contact)) == np.count_nonzero(contact))
-
-
-def _inner(ends: tuple[int, int], n: int, margin: int) -> tuple[int, int]:
-    """Return ends with a margin, but where they are those of n elements."""
-    first, last = ends
-    return first + margin * (first > 0), last - margin * (last < n)
 
 
 # --- resultants ---
@@ -187,11 +186,13 @@ def extents(p: Array, gap: Array) -> list[Extent]:
 def _range(elements: Mask, p: Array, gap: Array) -> tuple[tuple[float, float], float]:
     """Return the longest range that a patch covers along the first axis, and the accuracy of its half."""
     lines, last = np.flatnonzero(elements.any(axis=0)), len(elements) - 1
-    highest, of_highest = max(_end(elements[:, line], p[:, line], gap[:, line]) for line in lines)
-    lowest, of_lowest = max(_end(elements[::-1, line], p[::-1, line], gap[::-1, line]) for line in lines)
+    highest, highest_accuracy = max(_end(elements[:, line], p[:, line], gap[:, line]) for line in lines)
+    lowest, lowest_accuracy = max(
+        _end(elements[::-1, line], p[::-1, line], gap[::-1, line]) for line in lines
+    )
     lacking = LEAST_SHARE * np.count_nonzero(elements.any(axis=1)) - (highest - (last - lowest))
     wider = max(0.0, float(lacking)) / 2  # at either end: readings of both pass each other on few elements
-    return (last - lowest - wider, highest + wider), (of_lowest + of_highest) / 2 + wider
+    return (last - lowest - wider, highest + wider), (lowest_accuracy + highest_accuracy) / 2 + wider
 
 
 def _end(elements: Mask, p: Array, gap: Array) -> tuple[float, float]:

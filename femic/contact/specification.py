@@ -16,16 +16,7 @@ from approx.pair import Pair
 from approx.variants import VARIANTS
 from femic.contact.friction.motion import FactorsByAngle
 from femic.contact.loading import Loading
-from femic.key_types import (
-    Amount,
-    EachDistinct,
-    EachOnce,
-    Length,
-    Place,
-    Several,
-    Signed,
-    Whole,
-)
+from femic.key_types import Amount, EachDistinct, EachOnce, Length, Place, Several, Signed, Whole
 from femic.reference.job import Settings
 from femic.reference.matrix.job import Discount
 from geometries.arrays import Array
@@ -81,7 +72,11 @@ def extra_gap(columns: Array) -> ExtraGap:
     places, gap = columns[:, :-1], columns[:, -1]
     widths = np.ptp(places, axis=0)
     if places.shape[1] == 1 or widths[0] <= ON_A_LINE * widths[1]:
-        return _profile(places[:, -1:], gap)
+        if len(places) < 2:
+            raise WrongInput("one point: give two or more")
+        _require_apart(places[:, -1:])
+        order = np.argsort(places[:, -1])
+        return Profile(places[order, -1], gap[order])
     _require_apart(places)
     across = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)
     if len(places) < 3 or across[1] <= ON_A_LINE * across[0]:
@@ -91,15 +86,6 @@ def extra_gap(columns: Array) -> ExtraGap:
         )
     order = np.lexsort(places.T)  # triangles of points on a grid depend on their order
     return Scattered(places[order], gap[order])
-
-
-def _profile(places: Array, gap: Array) -> Profile:
-    """Return the profile of points at s, shape (n, 1)."""
-    if len(places) < 2:
-        raise WrongInput("one point: give two or more")
-    _require_apart(places)
-    order = np.argsort(places[:, 0])
-    return Profile(places[order, 0], gap[order])
 
 
 def _require_apart(places: Array) -> None:
@@ -184,9 +170,7 @@ class ContactSpecification:
 
     motion: str = WITHOUT_FRICTION  # of `femic.contact.motions`
     loads: Annotated[
-        Several[Amount],
-        Field(description="vertical loads [N]; of a compression they grow"),
-        EachDistinct,
+        Several[Amount], Field(description="vertical loads [N]; of a compression they grow"), EachDistinct
     ] = ()
     approaches: Annotated[
         Several[Length], Field(description="instead of loads: vertical approaches [mm]"), EachDistinct
@@ -227,16 +211,12 @@ class ContactSpecification:
     elements: Annotated[
         Whole,
         Field(
-            ge=8,
-            le=64,
-            description="elements across the smallest patch on an automatic grid, along x and s",
+            ge=8, le=64, description="elements across the smallest patch on an automatic grid, along x and s"
         ),
     ] = 20
     grid: Annotated[
         Literal["automatic", "scene"],
-        Field(
-            description="automatic: as large as the patches; scene: the one of [grid], centred at x = 0",
-        ),
+        Field(description="automatic: as large as the patches; scene: the one of [grid], centred at x = 0"),
     ] = "automatic"
     lateral_force: Annotated[
         Signed | None,

@@ -120,10 +120,10 @@ def _derive_errors(solution: RollingSolution, fine: Measured, known: Numbers) ->
             by_friction = float(np.max(np.abs(limits - numbers["shakedown_limit"])))
         errors["shakedown_limit"] = float(np.hypot(known["shakedown_limit"], by_friction))
     if "pressure_ratio" in numbers:
-        of_pressure = known["p_max"] / numbers["p_max"]
-        of_limit = errors["shakedown_limit"] / numbers["shakedown_limit"]
-        errors["pressure_ratio"] = numbers["pressure_ratio"] * of_pressure
-        errors["load_factor"] = numbers["load_factor"] * (of_limit + of_pressure)
+        relative_pressure = known["p_max"] / numbers["p_max"]
+        relative_limit = errors["shakedown_limit"] / numbers["shakedown_limit"]
+        errors["pressure_ratio"] = numbers["pressure_ratio"] * relative_pressure
+        errors["load_factor"] = numbers["load_factor"] * (relative_limit + relative_pressure)
     if "surface_index" in numbers:  # utilised friction less a share in inverse proportion to p_max
         share = abs(numbers["utilised_friction"] - numbers["surface_index"])
         errors["surface_index"] = errors["utilised_friction"] + share * known["p_max"] / numbers["p_max"]

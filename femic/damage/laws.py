@@ -170,8 +170,7 @@ class TwinDiscLaw:
         61.9
     )
     transitions: Annotated[
-        TwoOf[Amount],
-        Field(description="T-gamma/A at which wear becomes severe, and catastrophic [N/mm^2]"),
+        TwoOf[Amount], Field(description="T-gamma/A at which wear becomes severe, and catastrophic [N/mm^2]")
     ] = (10.4, 77.2)
     density: Density = STEEL_DENSITY
 

@@ -113,8 +113,8 @@ def wear_contact(solution: RollingSolution, steps: WearSteps) -> Iterator[WornCo
                     f"passages = {lower:g} (lower), {upper:g} (upper) per step: pressures oscillate from "
                     f"strip to strip; take {most} at most and more steps, or a larger spread"
                 )
-            of_passage = _spread(depth(sliding, steps.law), steps.spread, sliding.grid.ds)
-            worn = np.outer(steps.passages, of_passage)
+            per_passage = _spread(depth(sliding, steps.law), steps.spread, sliding.grid.ds)
+            worn = np.outer(steps.passages, per_passage)
         yield WornContact(rolling, sliding, depths, worn)
         depths, creepages, start = depths + worn, rolling.creepages, rolling.contact
 
@@ -155,10 +155,8 @@ def ripple_factor(contact: FrictionalContact, sliding: Sliding, steps: WearSteps
     middle = grid.n_x // 2, grid.n_s // 2, N
     unit[middle] = 1.0
     a, b = grid.dx / 2, grid.ds / 2
-    of_rectangle = (
-        4 / np.pi * (b * np.arcsinh(a / b) + a * np.arcsinh(b / a))
-    )  # displacement in its middle, E*
-    modulus = of_rectangle / float(problem.flat(unit)[middle])
+    displacement = 4 / np.pi * (b * np.arcsinh(a / b) + a * np.arcsinh(b / a))  # in the middle, times E*
+    modulus = displacement / float(problem.flat(unit)[middle])
     largest = 1 / (2 * steps.spread * np.exp(0.5)) if steps.spread > 0 else np.inf
     stiffness = modulus * min(np.pi**2 / (8 * CATALAN * grid.ds), largest)  # MPa/mm
     pressure = np.where(sliding.pressure > 0, sliding.pressure, np.inf)

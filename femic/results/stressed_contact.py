@@ -13,7 +13,7 @@ import numpy as np
 
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.motions import solve_with_friction
-from femic.contact.motions.compression import in_steps
+from femic.contact.motions.compression import solve_steps
 from femic.contact.motions.none import solve_frictionless
 from femic.contact.motions.rolling import Continuation, displaced
 from femic.contact.pairs.grids import grids_of
@@ -205,7 +205,7 @@ def _compress(pair: PairWithFriction) -> Contacts:
     (friction,), tractions = pair.specification.coefficients, {}
     for name in pair.problem.specification.ics:
         problem = pair.frictional(pair.operator(name), friction)
-        tractions[name] = in_steps(pair, problem, f"friction {friction:g}, {name}")[1].p
+        tractions[name] = solve_steps(pair, problem, f"friction {friction:g}, {name}")[1].p
         pair.options.watch.on_stage(f"  friction {friction:g}, {name}: {pair.loads[-1]:g} N")
     return Contacts(pair.problem, pair.on_grid, tractions, {}, f"{pair.loads[-1]:g} N")
 

@@ -228,26 +228,22 @@ def axle_numbers(
         "sum_F_y": across[1] - across[0],
         "steering": along[0] * at[0] - along[1] * at[1],
     }
-    known = {
-        "xi_0": error,
-        "sum_F_y": sum(errors_across),
-        "steering": float(np.dot(errors_along, at)),
-    }
+    known = {"xi_0": error, "sum_F_y": sum(errors_across), "steering": float(np.dot(errors_along, at))}
     return numbers, known
 
 
 def wheel_numbers(state: AxleState, number: int, ics: str, others: Sequence[Other] = ()) -> WheelNumbers:
     """Return the numbers of one of the wheels; changes by the ICs of `others` add to estimated errors."""
     wheel, contact, levels = state.wheels[number], state.contacts[number], state.levels
-    of_all: dict[str, Kind] = {**kinds(OF_ROLLING), WORK: estimates.WORK}
+    error_kinds: dict[str, Kind] = {**kinds(OF_ROLLING), WORK: estimates.WORK}
     own, known = list[Mapping[str, float]](), list[Mapping[str, float]]()
     for patch in range(len(wheel.problems)):
         fine, *larger = (
             _measure(level.wheels[number], level.contacts[number], patch, ics) for level in levels
         )
-        parts = [changes(fine, of_all, _measure(*other, patch, ics).numbers) for other in others]
+        parts = [changes(fine, error_kinds, _measure(*other, patch, ics).numbers) for other in others]
         own.append(fine.numbers)
-        known.append(errors(of_all, fine, larger[:2], parts))
+        known.append(errors(error_kinds, fine, larger[:2], parts))
     patches = [_patch_numbers(wheel, contact, patch, own[patch][WORK]) for patch in range(len(own))]
     bound = sum(
         float(np.sum(problem.problem.bound(pressed.p[..., N]))) * problem.problem.grid.area
@@ -269,12 +265,12 @@ def wheel_numbers(state: AxleState, number: int, ics: str, others: Sequence[Othe
         "vertical_rolling": contact.vertical,
         "resistance": contact.torque / wheel.radius - total["F_x"],
     }
-    of_numbers = {name: float(sum(each[name] for each in known)) for name in SUMMED} | {
+    estimated = {name: float(sum(each[name] for each in known)) for name in SUMMED} | {
         "sliding": float(np.average([each["sliding_share"] for each in known], weights=area)),
         "p_max_rolling": known[highest]["p_max"],
     }
-    of_numbers["utilised"] = float(np.hypot(of_numbers["F_x"], of_numbers["F_y"])) / bound
-    return WheelNumbers(numbers, of_numbers, tuple(patches))
+    estimated["utilised"] = float(np.hypot(estimated["F_x"], estimated["F_y"])) / bound
+    return WheelNumbers(numbers, estimated, tuple(patches))
 
 
 def _patch_numbers(wheel: RollingWheel, contact: WheelContact, patch: int, work: float) -> dict[str, float]:

@@ -15,14 +15,7 @@ import xarray as xr
 from femic.contact.estimates import Measured, Numbers, changes, errors
 from femic.contact.exact.hertz import combined_modulus
 from femic.contact.normal import NormalContact
-from femic.contact.pairs.area_grids import (
-    Sought,
-    find_patches,
-    fitting_grid,
-    longer,
-    refine,
-    refined_grids,
-)
+from femic.contact.pairs.area_grids import Sought, find_patches, fitting_grid, longer, refine, refined_grids
 from femic.contact.pairs.areas import NO_COUPLING, Areas, AreasContact, AreaTooSmall
 from femic.contact.pairs.ics import normal_reference_ics
 from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
@@ -133,26 +126,22 @@ def label_contact(
     """
     patches = [row["patches"] for row in rows.values()]
     most = max(map(len, patches))
-    values: dict[str, list[float]] = {}
-    for name in NUMBERS:
-        if name == "patches":
-            values[name] = [float(len(of_row)) for of_row in patches]
-        elif name == "beside":
-            values[name] = [1 - max(patch["share"] for patch in of_row) for of_row in patches]
-        else:
-            values[name] = [float(row[name]) for row in rows.values()]
+    figures = [
+        row | {"patches": len(own), "beside": 1 - max(patch["share"] for patch in own)}
+        for row, own in zip(rows.values(), patches, strict=True)
+    ]
     variables: dict[str, Any] = {
-        name: ("ics", values[name], {"units": unit, "long_name": meaning})
+        name: ("ics", [float(row[name]) for row in figures], {"units": unit, "long_name": meaning})
         for name, (unit, meaning) in NUMBERS.items()
     }
     for name, (unit, meaning) in OF_PATCH.items():
         array = np.full((len(rows), most), np.nan)
-        for n, of_row in enumerate(patches):
-            array[n, : len(of_row)] = [patch[name] for patch in of_row]
+        for n, own in enumerate(patches):
+            array[n, : len(own)] = [patch[name] for patch in own]
         variables[PATCH + name] = ("ics", "patch"), array, {"units": unit, "long_name": meaning}
-    outlines = np.stack([_join_outlines([patch["outline"] for patch in of_row]) for of_row in patches])
+    outlines = np.stack([_join_outlines([patch["outline"] for patch in own]) for own in patches])
     for k, (name, along) in enumerate(
-        (("s", "arc length on the rail from its top"), ("x", "along the rail"))
+        {"s": "arc length on the rail from its top", "x": "along the rail"}.items()
     ):
         meaning = f"outline of the patches: {along}"
         variables[f"outline_{name}"] = ("ics", "point"), outlines[:, k], {"units": "mm", "long_name": meaning}
@@ -164,7 +153,7 @@ def label_contact(
         attrs={
             "notes": "; ".join(notes),
             "grid": "; ".join(texts),
-            "grids": [float(size) for of_grid in sizes for size in of_grid],
+            "grids": [float(size) for each in sizes for size in each],
             "steepest": steepest,
         },
     )
@@ -348,12 +337,14 @@ def _errors(contact: AreasContact, number: int, others: Sequence[AreasContact]) 
         level = level.coarser
     if not levels:
         return dict.fromkeys(ESTIMATED, 0.0)
-    of_all = kinds(ESTIMATED)
+    error_kinds = kinds(ESTIMATED)
     parts: list[Numbers] = [
-        changes(levels[0], of_all, numbers(other.areas.on_grids[number], other.contacts[number], ESTIMATED))
+        changes(
+            levels[0], error_kinds, numbers(other.areas.on_grids[number], other.contacts[number], ESTIMATED)
+        )
         for other in others
     ]
-    return errors(of_all, levels[0], levels[1:], parts)
+    return errors(error_kinds, levels[0], levels[1:], parts)
 
 
 def _planar_numbers(place: Place, planar: PlanarContact) -> Row:
@@ -393,12 +384,11 @@ def patches_on_grid(place: Place, on_grid: PairOnGrid, contact: NormalContact, v
     """
     grid, rows = on_grid.grid, []
     angles = place.roll - on_grid.undeformed.lower.contour.inclination(grid.strips)
-    x = np.asarray(grid.dx * (np.arange(grid.n_x) - (grid.n_x - 1) / 2))
     for patch in contact.patches:
         p = np.where(patch.elements, contact.p, 0.0)
         strips, pressed = np.sum(p, axis=0), np.flatnonzero(p.any(axis=0))
         start, end = (float(place.touch.s_rail + grid.strips[0] + edge * grid.ds) for edge in patch.s)
-        half = [_half_length(x, p[:, strip], grid.dx) for strip in pressed]
+        half = [_half_length(on_grid.x, p[:, strip], grid.dx) for strip in pressed]
         s = place.touch.s_rail + grid.strips[pressed]
         rows.append(
             {

@@ -109,20 +109,16 @@ def label_wheelset(
     side why a wheel has no numbers.
     """
     variables: dict[str, Any] = {"seconds_rolling": ("ics", [seconds])}
-    of_wheels = [wheels.get(side) or WheelNumbers({}, {}, ()) for side in SIDES]
-    for name, (unit, meaning) in OF_WHEEL.items():
-        numbers, errors = (
-            [[known.get(name, np.nan)] for known in rows]
-            for rows in ([wheel.numbers for wheel in of_wheels], [wheel.errors for wheel in of_wheels])
-        )
-        known = {"units": unit, "long_name": f"estimated error of {name}"}
-        variables[name] = ("side", "ics"), numbers, {"units": unit, "long_name": meaning}
-        variables[ESTIMATE + name] = ("side", "ics"), errors, known
-    for name, (unit, meaning) in OF_WHEELSET.items():
-        number, error = (known.get(name, np.nan) for known in axle)
-        known = {"units": unit, "long_name": f"estimated error of {name}"}
-        variables[name] = "ics", [number], {"units": unit, "long_name": meaning}
-        variables[ESTIMATE + name] = "ics", [error], known
+    both = [wheels.get(side) or WheelNumbers({}, {}, ()) for side in SIDES]
+    by_wheel = [wheel.numbers for wheel in both], [wheel.errors for wheel in both]
+    for name, (unit, meaning) in {**OF_WHEEL, **OF_WHEELSET}.items():
+        abouts = meaning, f"estimated error of {name}"
+        for prefix, rows, own, about in zip(("", ESTIMATE), by_wheel, axle, abouts, strict=True):
+            values = (
+                [[row.get(name, np.nan)] for row in rows] if name in OF_WHEEL else [own.get(name, np.nan)]
+            )
+            dims = ("side", "ics") if name in OF_WHEEL else ("ics",)
+            variables[prefix + name] = dims, values, {"units": unit, "long_name": about}
     most = max((len(wheel.patches) for wheel in wheels.values()), default=1)
     for name, (unit, meaning) in OF_PATCH.items():
         array = np.full((len(SIDES), 1, most), np.nan)

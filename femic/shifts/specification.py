@@ -11,13 +11,12 @@ from pydantic import (
     BaseModel,
     BeforeValidator,
     Field,
-    Strict,
     ValidationError,
     model_validator,
 )
 
 from approx.variants import VARIANTS, forms_of
-from femic.contact.friction.motion import Angle, Factor, growing
+from femic.contact.friction.motion import ByAngle
 from femic.contact.specification import Creepage
 from femic.key_types import Amount, EachDistinct, EachOnce, Length, Place, Several, TwoOf, Whole
 from femic.scenes.errors import bad_scene
@@ -27,10 +26,6 @@ from femic.scenes.scene_table import SceneTable
 from geometries.errors import WrongInput
 from geometries.profiles.standards import NAMED
 
-ByAngle = Annotated[
-    Several[Annotated[tuple[Angle, Factor], Strict(False)]],
-    AfterValidator(growing),
-]
 Radius = Annotated[float, Field(ge=20, le=2000)]  # mm
 BUILTIN = Path(__file__).parent / "builtin"
 EXAMPLE = "s1002-on-60e1"
@@ -59,7 +54,7 @@ def _sorted(shifts: tuple[float, ...]) -> tuple[float, ...]:
     return shifts
 
 
-def _of_both(radius: Any) -> Any:
+def _both_sides(radius: Any) -> Any:
     """Return a number as that of the left and the right side."""
     return (radius, radius) if isinstance(radius, int | float) else radius
 
@@ -126,7 +121,7 @@ class WheelsetTable(SceneTable):
     """The wheelset."""
 
     flange_back_distance: Length = Field(1360.0, description="distance of the flange backs [mm]")
-    nominal_radius: Annotated[TwoOf[Radius], BeforeValidator(_of_both)] = Field(
+    nominal_radius: Annotated[TwoOf[Radius], BeforeValidator(_both_sides)] = Field(
         (460.0, 460.0),
         description="radius of the wheels on the tape circle [mm]: a number, or [left, right], to whose mean "
         "creepages refer; default: 460",
@@ -185,8 +180,7 @@ class RollingTable(SceneTable):
         "the left [rad], as far as yaw is slip alone",
     )
     spin: Annotated[float, Field(ge=-1e-3, le=1e-3)] = Field(
-        0.0,
-        description="yaw rate to the left over V [1/mm]: 1/R in a curve of the radius R to the left",
+        0.0, description="yaw rate to the left over V [1/mm]: 1/R in a curve of the radius R to the left"
     )
 
 
@@ -297,12 +291,12 @@ def _placed(key: str, table: ProfileTable, folder: Path) -> ProfileTable:
     if table.is_standard:
         if NAMED[table.profile].kind != kind:
             raise WrongInput(f"{key}.profile = {table.profile!r}: is no {kind}; name another profile")
-        of_file = sorted(
+        file_keys = sorted(
             {"axes", "unit", "surface", "section", "section_at", "tolerance"} & table.model_fields_set
         )
-        if of_file:
+        if file_keys:
             raise WrongInput(
-                f"{key}.{of_file[0]}: is of files, and {table.profile} is one of the package: leave it out"
+                f"{key}.{file_keys[0]}: is of files, and {table.profile} is one of the package: leave it out"
             )
         return table
     path = folder / table.profile
@@ -319,7 +313,7 @@ def example(name: str = EXAMPLE) -> str:
     table = tomllib.loads((BUILTIN / f"{name}.toml").read_text(encoding="utf-8"))
     lines = [*_entries(ShiftsFile, table)]
     for key, field in ShiftsFile.model_fields.items():
-        model = _table_of(field.annotation)
+        model = _find_table(field.annotation)
         if model is None:
             continue
         is_optional = field.default is None and key not in table
@@ -331,7 +325,7 @@ def example(name: str = EXAMPLE) -> str:
 def _entries(model: type[BaseModel], table: Mapping[str, Any]) -> Iterator[str]:
     """Yield the keys of a table that are no tables: as in the file, or their defaults as comments."""
     for key, field in model.model_fields.items():
-        if _table_of(field.annotation) is not None:
+        if _find_table(field.annotation) is not None:
             continue
         if key in table:
             yield f"{key} = {as_toml(table[key])}  # {field.description}"
@@ -340,7 +334,7 @@ def _entries(model: type[BaseModel], table: Mapping[str, Any]) -> Iterator[str]:
             yield f"# {key} = {value}  # {field.description}"
 
 
-def _table_of(annotation: Any) -> type[BaseModel] | None:
+def _find_table(annotation: Any) -> type[BaseModel] | None:
     """Return the table of an annotation, also of an optional one; None of others."""
     kinds = [annotation, *getattr(annotation, "__args__", ())]
     return next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, SceneTable)), None)

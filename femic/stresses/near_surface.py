@@ -121,8 +121,8 @@ def sample_centres(grid: Grid, points: InnerPoints, *, along_x: bool = True) -> 
     places = np.concatenate(
         [below_centres.reshape(len(x), 4, 4), np.stack([x, s, depth, 0 * x], axis=-1)[:, None]], axis=1
     )  # x, s, depth, on the lattice
-    of_centres = (x_shares[:, :, None] * s_shares[:, None, :]).reshape(len(x), 4)
-    shares = np.append((1 - own)[:, None] * of_centres, own[:, None], axis=1)
+    centre_shares = (x_shares[:, :, None] * s_shares[:, None, :]).reshape(len(x), 4)
+    shares = np.append((1 - own)[:, None] * centre_shares, own[:, None], axis=1)
     most = np.argmax(shares, axis=1)[:, None, None]
     places = np.where(shares[..., None] > 0, places, np.take_along_axis(places, most, axis=1))
     distinct, members = np.unique(places.reshape(-1, 4).round(12), axis=0, return_inverse=True)

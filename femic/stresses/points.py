@@ -182,15 +182,15 @@ class SurfaceTractions:
         """Return which points (...) are within two elements, and as deep, of where tractions end."""
         grid, loaded = self.grid, np.any(self.p != 0, axis=-1)
         wide = np.pad(loaded, AROUND)
-        of_edge = binary_dilation(wide, BLOCK) & ~binary_erosion(wide, BLOCK)
+        edge = binary_dilation(wide, BLOCK) & ~binary_erosion(wide, BLOCK)
         low_x, low_s = self.edges[0][0], self.edges[1][0]
         at = [
             np.floor((along - low) / side).astype(int) + AROUND
             for along, low, side in ((x, low_x, grid.dx), (s, low_s, grid.ds))
         ]
-        within = np.all([(k >= 0) & (k < n) for k, n in zip(at, of_edge.shape, strict=True)], axis=0)
+        within = np.all([(k >= 0) & (k < n) for k, n in zip(at, edge.shape, strict=True)], axis=0)
         i, j = (np.where(within, k, 0) for k in at)
-        return np.asarray(within & of_edge[i, j] & (depth < REACH * max(grid.dx, grid.ds)))
+        return np.asarray(within & edge[i, j] & (depth < REACH * max(grid.dx, grid.ds)))
 
 
 def merged(tractions: SurfaceTractions) -> SurfaceTractions:

@@ -32,8 +32,5 @@ class Resolution:
     def coarser(self) -> "Resolution":
         """Cells of twice the size, fewer wavenumbers."""
         return replace(
-            self,
-            cells=self.cells / 2,
-            spacing=FEWER_WAVES * self.spacing,
-            largest=self.largest / FEWER_WAVES,
+            self, cells=self.cells / 2, spacing=FEWER_WAVES * self.spacing, largest=self.largest / FEWER_WAVES
         )

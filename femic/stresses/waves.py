@@ -141,7 +141,7 @@ class Spectra:
 GAUSS_POINTS = 5  # per part of an edge
 COMPONENTS = 9  # u_x, u_y, u_z, strains xx, yy, zz and shears yz, xz, xy
 EXCHANGED = np.array([True, False, False, False, False, False, False, True, True])  # with sines for cosines
-OF_U = np.array([-1.0, 1.0, 1.0])  # signs of U, V, W in the second half of the waves
+U_SIGNS = np.array([-1.0, 1.0, 1.0])  # signs of U, V, W in the second half of the waves
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,7 +181,7 @@ class WaveSolver:
         along_x = np.array([True, False, False])
         for one, load in zip(k, loads, strict=True):
             cos, sin = self.spectra.amplitudes(one)
-            columns = np.stack([np.where(along_x, sin, cos), OF_U * np.where(along_x, cos, sin)])
+            columns = np.stack([np.where(along_x, sin, cos), U_SIGNS * np.where(along_x, cos, sin)])
             load[...] = self.forces @ columns.reshape(2, -1).T
         loaded = np.diff(self.elimination.forces.indptr) > 0
         try:
@@ -233,10 +233,7 @@ def strip_forces(section: SectionMesh, grid: Grid) -> csc_matrix:
     before = np.clip(np.floor((s - low) / ds).astype(int), 0, grid.n_s)  # the middle before each node
     share = (s - middles[before]) / ds
     hats = csc_matrix(
-        (
-            np.append(1 - share, share),
-            (np.tile(np.arange(len(s)), 2), np.append(before, before + 1)),
-        ),
+        (np.append(1 - share, share), (np.tile(np.arange(len(s)), 2), np.append(before, before + 1))),
         shape=(len(s), grid.n_s + 2),
     )[:, 1:-1]
     trace = section.interpolation(s).T.tocsr()  # (n_nodes, n)
@@ -295,17 +292,17 @@ def locate(section: SectionMesh, points: Array) -> tuple[Indices, Array]:
         (points[:, :, None] >= (low - margin)[:, None]) & (points[:, :, None] <= (high + margin)[:, None]),
         axis=0,
     )
-    of_point, cell = np.nonzero(near)
+    point, cell = np.nonzero(near)
     candidates, coordinates = nodes[:, :, cell], np.full((2, len(cell)), 1 / 3)
     for _ in range(NEWTON_STEPS):
         values, slopes = _shapes(coordinates)
         jacobian = np.einsum("can,abn->ncb", candidates, slopes)
-        apart = points[:, of_point] - np.einsum("can,an->cn", candidates, values)
+        apart = points[:, point] - np.einsum("can,an->cn", candidates, values)
         step = np.linalg.solve(jacobian, apart.T[..., None])[..., 0].T
         coordinates = np.clip(coordinates + step, -1.0, 2.0)
     inside = np.min(np.vstack([coordinates, 1 - coordinates.sum(axis=0)]), axis=0)
-    order = np.lexsort((inside, of_point))  # the best candidate of each point comes last
-    last = order[np.append(np.diff(of_point[order]) > 0, True)] if len(order) else order
+    order = np.lexsort((inside, point))  # the best candidate of each point comes last
+    last = order[np.append(np.diff(point[order]) > 0, True)] if len(order) else order
     if len(last) < points.shape[1] or np.min(inside[last], initial=0.0) < OUTSIDE:
         raise Failure("points in no cell of the section: its mesh does not reach them; move them a little")
     return cell[last], coordinates[:, last]

@@ -27,7 +27,7 @@ from femic.contact.friction.motion import Creepages
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.motions import solve_with_friction
-from femic.contact.motions.compression import OF_COMPRESSION, estimate_steps, in_halves, in_steps
+from femic.contact.motions.compression import OF_COMPRESSION, estimate_steps, in_halves, solve_steps
 from femic.contact.motions.rolling import OF_ROLLING, measured_rolling
 from femic.contact.motions.transient import estimate_path, solve_path
 from femic.contact.pairs.pair_with_friction import PairWithFriction, on_larger_elements
@@ -186,9 +186,9 @@ def compress(pair: PairWithFriction, contact: FrictionalProblem) -> Solution:
 
     def numbers(pair: PairWithFriction) -> Numbers:
         slower = _with(pair, loads=tuple(in_halves(pair.loads)))
-        return in_steps(slower, _frictional(slower), "finer")[0][-1].numbers
+        return solve_steps(slower, _frictional(slower), "finer")[0][-1].numbers
 
-    steps, _ = in_steps(pair, contact, pair.problem.name)
+    steps, _ = solve_steps(pair, contact, pair.problem.name)
     return steps[-1], estimate_steps(pair, contact, pair.problem.name, steps)[-1], numbers
 
 

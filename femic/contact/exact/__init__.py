@@ -1,1 +1,1 @@
-"""Contact solutions to compare numerical ones with: Hertz, the pin in a hole, friction and rolling."""
+"""Contact solutions to compare numerical ones with: Hertz, friction and rolling."""

@@ -88,19 +88,16 @@ def creepage_coefficients(a: float, b: float, nu: float, *, degree: int = DEGREE
 
 def _five(ratio: float, nu: float, degree: int) -> Array:
     """C11, C22, C23, C32, C33 of a / b, shape (5,)."""
-    ellipse = _Ellipse(float(np.sqrt(ratio)), float(1 / np.sqrt(ratio)), nu)
+    a, b = float(np.sqrt(ratio)), float(1 / np.sqrt(ratio))
     along, across = _Modes.up_to((0, 1), degree), _Modes.up_to((1, 0), degree)
-    of_xi = ellipse.tractions(along, [(X, 0, 0, 1.0)])
-    of_upsilon = ellipse.tractions(across, [(S, 0, 0, 1.0)])
-    of_spin = ellipse.tractions(across, [(X, 1, 1, -ellipse.b), (S, 1, 1, ellipse.a)])
-    forces = [2 * np.pi * along.coefficient(of_xi, X, 0, 0)]
-    forces += [2 * np.pi * across.coefficient(q, S, 0, 0) for q in (of_upsilon, of_spin)]
+    by_xi = _tractions(along, [(X, 0, 0, 1.0)], ratio, nu)
+    by_upsilon = _tractions(across, [(S, 0, 0, 1.0)], ratio, nu)
+    by_spin = _tractions(across, [(X, 1, 1, -b), (S, 1, 1, a)], ratio, nu)
+    forces = [2 * np.pi * along.coefficient(by_xi, X, 0, 0)]
+    forces += [2 * np.pi * across.coefficient(q, S, 0, 0) for q in (by_upsilon, by_spin)]
     moments = [
-        2
-        * np.pi
-        / 3
-        * (ellipse.a * across.coefficient(q, S, 1, 1) - ellipse.b * across.coefficient(q, X, 1, 1))
-        for q in (of_upsilon, of_spin)
+        2 * np.pi / 3 * (a * across.coefficient(q, S, 1, 1) - b * across.coefficient(q, X, 1, 1))
+        for q in (by_upsilon, by_spin)
     ]
     return -np.array(forces + moments)
 
@@ -146,52 +143,47 @@ class _Modes:
         return float(q[self.place(direction, n, m)])
 
 
-@dataclass(frozen=True)
-class _Ellipse:
-    """An ellipse of semi-axes with a b = 1 between bodies of G = 1."""
+def _tractions(modes: _Modes, slopes: list[tuple[int, int, int, float]], ratio: float, nu: float) -> Array:
+    """Coefficients q (modes,) of the tractions whose displacements have slopes du/dx, 0 ahead.
 
-    a: float
-    b: float
-    nu: float
+    They act on an ellipse of a / b = `ratio`, a b = 1, between bodies of G = 1. Slopes are given by
+    direction, degree, order and coefficient: the polynomials are 1, X and Y.
+    """
+    tested = _Modes.up_to(modes.least, modes.degree - 1)
+    targets = np.zeros(tested.n.size)
+    for direction, n, m, coefficient in slopes:
+        targets[tested.place(direction, n, m)] = coefficient / (2 * n + 1)
+    # of P_n'(t) = sum of (2 j + 1) P_j(t), j = n - 1, n - 3, ...
+    contributes = (modes.n > tested.n[:, None]) & ((modes.n - tested.n[:, None]) % 2 == 1)
+    waves = _wave_slopes(modes, ratio, nu)
+    waves = waves[tested.direction[:, None], modes.direction, tested.m[:, None], modes.m]
+    orthogonal, triangle = np.linalg.qr((contributes * waves).T, mode="complete")
+    fixed = orthogonal[:, : targets.size] @ np.linalg.solve(triangle[: targets.size].T, targets)
+    free = orthogonal[:, targets.size :]
+    edge = _on_leading_edge(modes)
+    return np.asarray(fixed - free @ np.linalg.lstsq(edge @ free, edge @ fixed)[0])
 
-    def tractions(self, modes: _Modes, slopes: list[tuple[int, int, int, float]]) -> Array:
-        """Coefficients q (modes,) of the tractions whose displacements have slopes du/dx, 0 ahead.
 
-        Slopes are given by direction, degree, order and coefficient: the polynomials are 1, X and Y.
-        """
-        tested = _Modes.up_to(modes.least, modes.degree - 1)
-        targets = np.zeros(tested.n.size)
-        for direction, n, m, coefficient in slopes:
-            targets[tested.place(direction, n, m)] = coefficient / (2 * n + 1)
-        # of P_n'(t) = sum of (2 j + 1) P_j(t), j = n - 1, n - 3, ...
-        of_degrees = (modes.n > tested.n[:, None]) & ((modes.n - tested.n[:, None]) % 2 == 1)
-        waves = self._slopes(modes)[tested.direction[:, None], modes.direction, tested.m[:, None], modes.m]
-        orthogonal, triangle = np.linalg.qr((of_degrees * waves).T, mode="complete")
-        fixed = orthogonal[:, : targets.size] @ np.linalg.solve(triangle[: targets.size].T, targets)
-        free = orthogonal[:, targets.size :]
-        edge = _on_leading_edge(modes)
-        return np.asarray(fixed - free @ np.linalg.lstsq(edge @ free, edge @ fixed)[0])
-
-    def _slopes(self, modes: _Modes) -> Array:
-        """Integrals over t of du_i/dx due to waves in direction j, times waves: (2, 2, orders, orders)."""
-        per_degree, per_ratio = NODES
-        nodes = max(per_degree * modes.degree, int(per_ratio * max(self.a / self.b, self.b / self.a)))
-        t = (np.arange(nodes) + 0.5) * np.pi / nodes
-        k = np.stack([np.cos(t) / self.a, np.sin(t) / self.b])
-        size = np.hypot(*k)
-        compliance = np.eye(2)[:, :, None] - self.nu * k[:, None] * k / size**2
-        weighted = compliance * k[X] / size * np.pi / nodes
-        waves = modes.waves(t)
-        return np.einsum("imt,ijt,jnt->ijmn", waves, weighted, waves, optimize=True)
+def _wave_slopes(modes: _Modes, ratio: float, nu: float) -> Array:
+    """Integrals over t of du_i/dx due to waves in direction j, times waves: (2, 2, orders, orders)."""
+    per_degree, per_ratio = NODES
+    nodes = max(per_degree * modes.degree, int(per_ratio * max(ratio, 1 / ratio)))
+    t = (np.arange(nodes) + 0.5) * np.pi / nodes
+    k = np.stack([np.cos(t) / np.sqrt(ratio), np.sin(t) * np.sqrt(ratio)])
+    size = np.hypot(*k)
+    compliance = np.eye(2)[:, :, None] - nu * k[:, None] * k / size**2
+    weighted = compliance * k[X] / size * np.pi / nodes
+    waves = modes.waves(t)
+    return np.einsum("imt,ijt,jnt->ijmn", waves, weighted, waves, optimize=True)
 
 
 def _on_leading_edge(modes: _Modes) -> Array:
     """Intensities on the leading edge, weighted, due to the modes: (2 nodes, modes)."""
     nodes, weights = np.polynomial.legendre.leggauss(EDGE_NODES * modes.degree)
     t = (nodes + 1) * np.pi / 4
-    of_orders = modes.waves(t) * np.sqrt(weights) * np.cos(t)
+    edge_waves = modes.waves(t) * np.sqrt(weights) * np.cos(t)
     edge = np.zeros((2, t.size, modes.n.size))
     for i in (X, S):
         here = modes.direction == i
-        edge[i][:, here] = of_orders[i, modes.m[here]].T
+        edge[i][:, here] = edge_waves[i, modes.m[here]].T
     return edge.reshape(-1, modes.n.size)

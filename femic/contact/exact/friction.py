@@ -216,8 +216,8 @@ class ShiftedPoint:
         if self.direction == S:
             along, across = across, along
         integral = elliprf(0, along**2, across**2)
-        of_cosines = along**2 * elliprd(0, across**2, along**2) / 3
-        return float(3 / (2 * np.pi * self.G) * ((1 - self.nu) * integral + self.nu * of_cosines))
+        cosine_part = along**2 * elliprd(0, across**2, along**2) / 3
+        return float(3 / (2 * np.pi * self.G) * ((1 - self.nu) * integral + self.nu * cosine_part))
 
 
 # --- full stick: Mossakovskii and Spence ---

@@ -61,7 +61,7 @@ class Elastic:
         return np.asarray(np.sum(np.where(self.supported, force, 0.0), axis=0))
 
 
-def elastic(model: SolidModel) -> Elastic:
+def prepare_body(model: SolidModel) -> Elastic:
     """Prepare a model, symmetric in x (and in y where half of the section is meshed), for its solution."""
     solid = model.solid
     parity = Parity(+1, +1 if solid.half_section else 0)
@@ -70,7 +70,7 @@ def elastic(model: SolidModel) -> Elastic:
     return Elastic(solid, model.stiffness, held, model.supported, *multigrid(system))
 
 
-def meshed(body: Body, expected: Expected, cells: float, *, half_section: bool) -> Elastic:
+def mesh_body(body: Body, expected: Expected, cells: float, *, half_section: bool) -> Elastic:
     """Mesh a body with `cells` cells along the shorter half-length of a patch on it, and prepare it.
 
     Cells are equal in the patch and grow in proportion to the distance from it. Far from it, where they may
@@ -87,18 +87,14 @@ def meshed(body: Body, expected: Expected, cells: float, *, half_section: bool) 
     for factor in OTHER_SIZES:
         try:
             solid = solid_mesh(
-                body,
-                size.scaled(factor),
-                focus,
-                half_section=half_section,
-                curved_within=SPACING * smallest,
+                body, size.scaled(factor), focus, half_section=half_section, curved_within=SPACING * smallest
             )
         except Failure:
             if factor == OTHER_SIZES[-1]:
                 raise
         else:
             break
-    return elastic(assemble(solid))
+    return prepare_body(assemble(solid))
 
 
 def _covering(expected: Expected, spacing: float, half_section: bool) -> Array:

@@ -149,7 +149,7 @@ class CoupledBodies:
     c: Array  # (m,) of cos(delta) [mm^2]
     sine: Array  # (m,) of sin(delta) [mm^2]
     arm: Array  # (m,) of the lever arm of the normal about the x axis through the contact centre [mm^3]
-    of_s: Array  # (m,) of the arc length [mm^3]
+    s_moment: Array  # (m,) of the arc length [mm^3]
     area: Array  # (m,) of the functions themselves [mm^2]
     roughness: Array  # (m, m) [N^2 / (N mm) per MPa^2]: approximate inverse of the weighted compliance
 

@@ -20,7 +20,7 @@ from time import perf_counter
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator
 
-from femic.contact.finite_elements.bodies import Elastic, Expected, meshed
+from femic.contact.finite_elements.bodies import Elastic, Expected, mesh_body
 from femic.contact.finite_elements.coupling import CoupledBodies, couple, on_upper
 from femic.contact.finite_elements.saddle import ActiveSetSolution, solve_active_set
 from femic.contact.pairs.ics import c_job
@@ -165,7 +165,7 @@ class MeshedContact:
         """Mean arc length [mm] of the pressures; 0 where all is symmetric."""
         if self.bodies.half_section:
             return 0.0
-        return self._sum(self.pair.of_s) / self._sum(self.pair.area)
+        return self._sum(self.pair.s_moment) / self._sum(self.pair.area)
 
     def _sum(self, integrals: Array) -> float:
         """What the pressures on the whole bodies add up to, of integrals of the functions psi, (m,)."""
@@ -180,9 +180,9 @@ class MeshedContact:
     @property
     def support_forces(self) -> tuple[Array, Array]:
         """Forces [N] along x, y, z of the supports of the modelled part, over its share; (3,) by body."""
-        state, of = self.solution.state, self.bodies.share
+        state, share = self.solution.state, self.bodies.share
         lower, upper = self.pair.lower.reaction(state.u_lower), self.pair.upper.reaction(state.u_upper)
-        return lower / of, upper / of
+        return lower / share, upper / share
 
     @property
     def patch(self) -> Expected:
@@ -206,7 +206,7 @@ def mesh_bodies(bodies: Bodies, expected: Expected, cells: float) -> Meshes:
     else:
         low, high = (s + undeformed.upper_offset for s in expected.s)
     lower, upper = (
-        meshed(body, patch, cells, half_section=bodies.half_section)
+        mesh_body(body, patch, cells, half_section=bodies.half_section)
         for body, patch in (
             (bodies.lower, expected),
             (bodies.upper, Expected(expected.a, (float(low), float(high)))),
@@ -304,8 +304,8 @@ def end(along: Array, across: Array, gap: Array, spacing: float, *, symmetric: b
             f"{FEWEST}; more cells, or a smaller load where the patch reaches the end of a contour"
         )
     x, y = x[near], y[near]
-    of_square = np.zeros_like(x) if short else x**2
-    terms = np.stack([np.ones_like(x), x, of_square, y**2, *([] if symmetric else [y])], axis=1)
+    squares = np.zeros_like(x) if short else x**2
+    terms = np.stack([np.ones_like(x), x, squares, y**2, *([] if symmetric else [y])], axis=1)
     fit = np.asarray(np.linalg.lstsq(terms, gap[near] ** (2 / 3))[0], dtype=float)
     farthest, linear = 0.0, 0.0 if symmetric else fit[4]
     if not symmetric:  # the y at which the edge is farthest

@@ -23,14 +23,7 @@ from functools import cached_property
 
 import numpy as np
 
-from femic.contact.friction.law import (
-    LOOSEST,
-    Law,
-    Strips,
-    correction,
-    inverse_of_amplitudes,
-    stagnated,
-)
+from femic.contact.friction.law import LOOSEST, Law, Strips, correction, inverse_of_amplitudes, stagnated
 from femic.contact.friction.motion import LeadingEdge, Linear, Motion
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure
@@ -43,7 +36,7 @@ MOST_STEPS = 60
 MOST_IDLE_STEPS = 15  # in which the residual does not fall below the least one before
 LEAST_STEP = 0.05  # of a full step
 DECREASE = 0.1  # of the residual, as a share of the step
-OF_FULL_STICK = 1e-6  # relative residual of the linear equations of full stick, far from a first guess
+FULL_STICK_RESIDUAL = 1e-6  # relative residual of the linear equations of full stick, far from a first guess
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +171,7 @@ class _Newton:
         if not len(given.c):
             return
         all_stick = replace(given, law=replace(given.law, sticking=True))
-        dq, dc = self.step(all_stick, tolerance, OF_FULL_STICK)
+        dq, dc = self.step(all_stick, tolerance, FULL_STICK_RESIDUAL)
         q = given.q + dq
         size = np.maximum(np.linalg.norm(q, axis=1, keepdims=True), 1e-300)
         yield self.state(q * np.minimum(1.0, self.g / size), given.c + dc)
@@ -202,8 +195,8 @@ class _Newton:
 
     def slip(self, q: Array, c: Array) -> Array:
         """L p + B c, shape (n_x, n_s, 2)."""
-        of_tractions = self.problem.compliance(self.spread(q))
-        return np.asarray(of_tractions + np.tensordot(c, self.problem.free.modes, 1))
+        by_tractions = self.problem.compliance(self.spread(q))
+        return np.asarray(by_tractions + np.tensordot(c, self.problem.free.modes, 1))
 
     def state(self, q: Array, c: Array, linear: Array | None = None) -> _State:
         """Return the state of tractions and amplitudes."""
@@ -279,10 +272,8 @@ def attainable_factor(weights: Array, bound: Array, targets: Array) -> float:
         return 0.0
     if not np.any(targets):
         return np.inf
-    contributions = (
-        np.moveaxis(weights[:, loaded], 0, -1) / largest
-    )  # (m, 2, k), of forces as shares of their largest
-    shares, g = targets / largest, bound[loaded]
+    contributions = np.moveaxis(weights[:, loaded], 0, -1) / largest  # (m, 2, k)
+    shares, g = targets / largest, bound[loaded]  # forces as shares of their largest
     c, least = shares / (shares @ shares), np.inf
     for _ in range(STEPS):
         size = np.linalg.norm(contributions @ c, axis=1)

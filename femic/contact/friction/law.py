@@ -115,11 +115,11 @@ class Law:
         even = (np.arange(len(self.slip)) % 2 == 0)[:, None, None]
         own, behind = np.zeros_like(self.q), np.zeros_like(self.q)  # parts of centred slip across tractions
         for i, unit in enumerate(np.eye(2)):
-            of_even, of_odd = (
+            by_even, by_odd = (
                 self.at_elements(np.broadcast_to(mask * unit, self.slip.shape)) for mask in (even, ~even)
             )
-            own[:, i] = self.across(np.where(even, of_even, of_odd)[self.free])[:, i]
-            behind[:, i] = self.across(np.where(even, of_odd, of_even)[self.free])[:, i]
+            own[:, i] = self.across(np.where(even, by_even, by_odd)[self.free])[:, i]
+            behind[:, i] = self.across(np.where(even, by_odd, by_even)[self.free])[:, i]
         return (
             np.where(stick, 0.0, 1 - across),
             self.scale * np.where(stick, 1.0, self.share * own),
@@ -193,27 +193,27 @@ class StripInverse:
         coefficients = self.law.coefficients
         factors = []
         for places in self.places:
-            of_strip = [part[places].T[..., None].astype(np.float32) for part in coefficients]
-            matrices = self.matrices(columns[places[0]], rows[places], *of_strip)
+            own = [part[places].T[..., None].astype(np.float32) for part in coefficients]
+            matrices = self.matrices(columns[places[0]], rows[places], *own)
             factors.append([sgetrf(matrix)[:2] for matrix in matrices])
         return factors
 
     def matrices(
-        self, strip: int, rows: Indices, of_traction: Single, of_slip: Single, of_slip_behind: Single
+        self, strip: int, rows: Indices, by_traction: Single, by_slip: Single, by_slip_behind: Single
     ) -> Single:
         """Return the equations of a strip with k free elements in `rows`, (2, k, k), from coefficients."""
         span = slice(rows[0], rows[-1] + 1)
         places = span if rows[-1] - rows[0] < len(rows) else rows  # without holes: no copies
         here, behind = (slip[:, places] for slip in (self.strips.slip, self.strips.behind))
-        matrices = of_slip * here[:, :, places]
-        if np.any(of_slip_behind):
-            matrices += of_slip_behind * behind[:, :, places]
+        matrices = by_slip * here[:, :, places]
+        if np.any(by_slip_behind):
+            matrices += by_slip_behind * behind[:, :, places]
         k = np.arange(len(rows))
-        matrices[:, k, k] += of_traction[..., 0]
+        matrices[:, k, k] += by_traction[..., 0]
         followed, ratio = self.edge.followed[:, strip], self.edge.ratio[:, strip]
         for row in np.flatnonzero((followed != np.arange(len(followed))) & (ratio > 0)):
-            of_row = of_slip[..., 0] * here[:, :, row] + of_slip_behind[..., 0] * behind[:, :, row]
-            matrices[:, :, np.searchsorted(rows, followed[row])] += ratio[row].astype(np.float32) * of_row
+            following = by_slip[..., 0] * here[:, :, row] + by_slip_behind[..., 0] * behind[:, :, row]
+            matrices[:, :, np.searchsorted(rows, followed[row])] += ratio[row].astype(np.float32) * following
         return matrices
 
 

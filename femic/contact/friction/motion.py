@@ -138,9 +138,9 @@ def growing(pairs: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float]
     return pairs
 
 
+ByAngle = Annotated[Several[Annotated[tuple[Angle, Factor], Strict(False)]], AfterValidator(growing)]
 FactorsByAngle = Annotated[
-    Several[Annotated[tuple[Angle, Factor], Strict(False)]],
-    AfterValidator(growing),
+    ByAngle,
     Field(
         description="pairs [contact angle in degrees, factor from 0 to 10] of friction that depends on the "
         "angle: each coefficient times the factor at the inclination of the lower surface, whichever side; "
@@ -189,15 +189,15 @@ def centred(slip: Array) -> Array:
 def centred_derivative(slip: Array) -> Linear:
     """Return the derivative of it at a slip: a linear function of changes of this, shape (n_x, n_s, 2)."""
     step = (_behind(slip) - slip) / 2
-    weight, of_ahead, of_behind = _weights(slip)
+    weight, by_slip, by_slip_behind = _weights(slip)
     half, rest = weight / 2, 1 - weight / 2
 
-    def of_change(change: Array) -> Array:
+    def derivative(change: Array) -> Array:
         behind = _behind(change)
-        change_of_weight = np.sum(of_ahead * change + of_behind * behind, axis=-1, keepdims=True)
+        change_of_weight = np.sum(by_slip * change + by_slip_behind * behind, axis=-1, keepdims=True)
         return np.asarray(rest * change + half * behind + change_of_weight * step)
 
-    return of_change
+    return derivative
 
 
 def _behind(values: Array) -> Array:
@@ -211,9 +211,9 @@ def _weights(slip: Array) -> tuple[Array, Array, Array]:
     a, b = (np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), TINY) for v in (slip, behind))
     product = np.maximum(np.sum(slip * behind, axis=-1, keepdims=True), 0.0)
     square, weight = (a + b) ** 2, 4 * product / (a + b) ** 2
-    of_sizes = 2 * weight / (a + b)
-    of_product = np.where(product > 0, 4 / square, 0.0)
-    return weight, of_product * behind - of_sizes * slip / a, of_product * slip - of_sizes * behind / b
+    by_sizes = 2 * weight / (a + b)
+    by_product = np.where(product > 0, 4 / square, 0.0)
+    return weight, by_product * behind - by_sizes * slip / a, by_product * slip - by_sizes * behind / b
 
 
 # --- leading edge ---
@@ -237,8 +237,8 @@ class LeadingEdge:
         following = np.minimum(depth, (ahead + 1 + behind) // LEAST_PER_DEPTH)
         steps = np.maximum(following - ahead, 0)
         followed = places - np.where(bound > 0, steps, 0)
-        of_followed = np.take_along_axis(bound, followed, axis=0)
-        ratio = np.divide(bound, of_followed, out=np.zeros_like(bound), where=of_followed > 0)
+        followed_bound = np.take_along_axis(bound, followed, axis=0)
+        ratio = np.divide(bound, followed_bound, out=np.zeros_like(bound), where=followed_bound > 0)
         return cls(followed, ratio)
 
     @property
@@ -251,10 +251,10 @@ class LeadingEdge:
         """Elements with bounds that follow no other, shape (n_x, n_s)."""
         return np.asarray((self.behind == 0) & (self.ratio > 0))
 
-    def with_followers(self, of_free: Mask) -> Mask:
+    def with_followers(self, free_mask: Mask) -> Mask:
         """Return which elements have what some free ones (m,) have, with those that follow, (n_x, n_s)."""
         everywhere = np.zeros(self.followed.shape, bool)
-        everywhere[self.free] = of_free
+        everywhere[self.free] = free_mask
         return np.take_along_axis(everywhere, self.followed, axis=0)
 
     def spread(self, p: Array) -> Array:
@@ -312,10 +312,14 @@ class Motion:
         """The same in a form that is less accurate and more robust, None where there is none."""
         return None
 
+    def half_way(self, rigid: Array) -> Array:
+        """Return a rigid slip where that by displacements is known, shape (n_x, n_s, 2)."""
+        return rigid
+
     @property
     def given(self) -> Array:
         """The slip without displacements, shape (n_x, n_s, 2)."""
-        return self.rigid
+        return self.half_way(self.rigid)
 
     def given_at(self, approach: float) -> Array:  # noqa: ARG002 (a shift depends on it)
         """Return the slip without displacements at a vertical approach [mm], shape (n_x, n_s, 2)."""
@@ -324,7 +328,7 @@ class Motion:
     @property
     def free_slips(self) -> Array:
         """The free slips, shape (k, n_x, n_s, 2)."""
-        return np.reshape([free.slip for free in self.free], (len(self.free), *self.rigid.shape))
+        return np.reshape([self.half_way(free.slip) for free in self.free], (-1, *self.rigid.shape))
 
     def coarsened(self) -> Self:
         """Return the motion on elements twice as large."""
@@ -410,22 +414,12 @@ class SteadyRolling(Motion):
         """Return the derivative of it at a slip: a linear function of changes of this."""
         return super().derivative_at_elements(slip) if self.order == 1 else centred_derivative(slip)
 
-    @property
-    def given(self) -> Array:
-        """The slip without displacements, shape (n_x, n_s, 2)."""
-        return self._half_way(self.rigid)
-
-    @property
-    def free_slips(self) -> Array:
-        """The free slips, shape (k, n_x, n_s, 2)."""
-        slips = [self._half_way(free.slip) for free in self.free]
-        return np.reshape(slips, (len(slips), *self.rigid.shape))
+    def half_way(self, rigid: Array) -> Array:
+        """Return the rigid slip half way to the next elements; of order 1 at the elements."""
+        return rigid if self.order == 1 else (rigid + ahead(rigid)) / 2
 
     def _on_elements(self, take: Callable[[Array], Array], size: int) -> Self:
         return replace(super()._on_elements(take, size), dx=size * self.dx)
-
-    def _half_way(self, rigid: Array) -> Array:
-        return rigid if self.order == 1 else (rigid + ahead(rigid)) / 2
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,10 +38,10 @@ def solve_compression(pair: pairs.PairWithFriction, friction: float, name: str) 
     """
     operator, start = pair.operator(name), perf_counter()  # C has its own seconds
     label, problem = f"friction {friction:g}, {name}", pair.frictional(operator, friction)
-    steps, last = in_steps(pair, problem, label)
+    steps, last = solve_steps(pair, problem, label)
     seconds = perf_counter() - start
     pair.options.watch.on_stage(f"  {label}: {len(steps)} loads, {seconds:.1f} s")
-    changed = pairs.with_perturbed_ics(pair, friction, name, label, in_steps)
+    changed = pairs.with_perturbed_ics(pair, friction, name, label, solve_steps)
     estimates = estimate_steps(pair, problem, label, steps, changed[0] if changed else None)
     changed_steps, changed_last = changed or (steps, last)
     larger = None
@@ -49,7 +49,7 @@ def solve_compression(pair: pairs.PairWithFriction, friction: float, name: str) 
         larger = pairs.if_possible(
             pair,
             "not in estimates",
-            lambda: in_steps(pair, problem.coarsened, f"{label}, larger elements and steps", halves=False),
+            lambda: solve_steps(pair, problem.coarsened, f"{label}, larger elements and steps", halves=False),
         )
     larger_steps, larger_last = larger or (None, None)
     unknown = dict.fromkeys(OF_COMPRESSION, np.nan)
@@ -76,7 +76,7 @@ def solve_last_load(
     pair: pairs.PairWithFriction, problem: frictional_problem.FrictionalProblem, label: str
 ) -> tuple[float, dict[str, float]]:
     """Return the last load [N] and the numbers after it; raises Failure where there is no such contact."""
-    return pair.loads[-1], dict(in_steps(pair, problem, label)[0][-1].numbers)
+    return pair.loads[-1], dict(solve_steps(pair, problem, label)[0][-1].numbers)
 
 
 def in_halves(loads: Sequence[float]) -> list[float]:
@@ -85,7 +85,7 @@ def in_halves(loads: Sequence[float]) -> list[float]:
     return [step for low, load in zip(before, loads, strict=True) for step in ((low + load) / 2, load)]
 
 
-def in_steps(
+def solve_steps(
     pair: pairs.PairWithFriction,
     problem: frictional_problem.FrictionalProblem,
     label: str,
@@ -112,8 +112,8 @@ def estimate_steps(
     changed: Steps | None = None,
 ) -> list[dict[str, float]]:
     """Return the estimated errors after each load; `changed` are numbers with C plus its estimate."""
-    larger = pairs.on_larger_elements(pair, problem, label, lambda *coarse: in_steps(*coarse)[0])
-    larger_steps, _ = in_steps(pair, problem, f"{label}, larger steps", halves=False)
+    larger = pairs.on_larger_elements(pair, problem, label, lambda *coarse: solve_steps(*coarse)[0])
+    larger_steps, _ = solve_steps(pair, problem, f"{label}, larger steps", halves=False)
     linearised = [pairs.Linearisation.measure(pair.on_grid, problem.operator, load) for load in pair.loads]
     return sum_estimates(steps, larger, larger_steps, changed, linearised)
 
@@ -129,15 +129,15 @@ def sum_estimates(
 
     Steps twice as large have twice the error, with the safety factor of elements.
     """
-    of_all, estimated = kinds(OF_COMPRESSION), []
+    error_kinds, estimated = kinds(OF_COMPRESSION), []
     for number, fine in enumerate(steps):
-        by_steps = changes(fine, of_all, larger_steps[number].numbers)
+        by_steps = changes(fine, error_kinds, larger_steps[number].numbers)
         others = [{name: SAFETY * value for name, value in by_steps.items()}]
         if changed is not None:
-            others.append(changes(fine, of_all, changed[number].numbers))
-        others += [each.part(fine, of_all) for each in linearised[number : number + 1]]
+            others.append(changes(fine, error_kinds, changed[number].numbers))
+        others += [each.part(fine, error_kinds) for each in linearised[number : number + 1]]
         larger = [coarse[number] if coarse else None for coarse in on_larger]
-        estimated.append(errors(of_all, fine, larger, others))
+        estimated.append(errors(error_kinds, fine, larger, others))
     return estimated
 
 

@@ -69,7 +69,7 @@ class SolvedContact:
 
         That is where the grid is too small for larger elements, and where `displaced` is missing.
         """
-        of_all, coarser = kinds(OF_FRICTIONLESS), self.normal.coarser
+        error_kinds, coarser = kinds(OF_FRICTIONLESS), self.normal.coarser
         given = "approach" if self.loading.load is None else "load"
         fine = measured(self.on_grid, self.normal, prescribed=(given, "position"))
         larger, parts = list[Measured](), list[Numbers]()
@@ -78,10 +78,10 @@ class SolvedContact:
             coarser = coarser.coarser
         for other in (self.perturbed, self.displaced):
             if other is not None:
-                parts.append(changes(fine, of_all, numbers(other.on_grid, other.normal)))
+                parts.append(changes(fine, error_kinds, numbers(other.on_grid, other.normal)))
         if self.linearised and self.displaced is None:
-            parts.append(dict.fromkeys(of_all, np.nan))
-        known = errors(of_all, fine, larger, parts)
+            parts.append(dict.fromkeys(error_kinds, np.nan))
+        known = errors(error_kinds, fine, larger, parts)
         if np.isfinite(self.contact.lateral_stiffness):  # the position follows the lateral force
             known["position"] += known["F_y"] / self.contact.lateral_stiffness
         return known
@@ -244,7 +244,7 @@ class Sensitivity:
 def sensitivities(contacts: Mapping[str, SolvedContact]) -> Iterator[Sensitivity]:
     """Yield the sensitivities to the pressures of every contact on the patch of every contact."""
     for (source, pressures), (name, patch) in product(contacts.items(), repeat=2):
-        p = mapped(pressures, patch)
+        p = map_pressures(pressures, patch)
         by_a, by_bhat = (patch.on_grid.operator(ics)(p[..., None])[..., 0] for ics in ("A", REFERENCE))
         difference = (by_a - by_bhat) / np.max(by_bhat)
         yield Sensitivity(
@@ -252,7 +252,7 @@ def sensitivities(contacts: Mapping[str, SolvedContact]) -> Iterator[Sensitivity
         )
 
 
-def mapped(contact: SolvedContact, patch: SolvedContact) -> Array:
+def map_pressures(contact: SolvedContact, patch: SolvedContact) -> Array:
     """Return the pressures of one contact on the patch of another, at equal x / a and s / b; (n_x, n_s)."""
     interpolate = scipy.interpolate.RegularGridInterpolator(
         _normalised(contact), contact.normal.p, bounds_error=False, fill_value=0.0

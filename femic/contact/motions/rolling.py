@@ -380,27 +380,27 @@ def _estimates(
     pair, operator = along.pair, along.problem.problem.operator
     linearised = pairs.Linearisation.measure(pair.on_grid, operator, pair.loads[0])
     changed_points, changed_free, _ = changed
-    of_points, of_curve = kinds(OF_ROLLING), kinds(OF_CURVE)
-    rows = {xi: changes(curve.points[xi], of_points, numbers) for xi, numbers in changed_points.items()}
+    point_kinds, curve_kinds = kinds(OF_ROLLING), kinds(OF_CURVE)
+    rows = {xi: changes(curve.points[xi], point_kinds, numbers) for xi, numbers in changed_points.items()}
     points = []
     for xi in along.xi:
         point = curve.points.get(xi)
         parts = (
-            [between(rows, xi)] if point is None else [linearised.part(point, of_points), between(rows, xi)]
+            [between(rows, xi)] if point is None else [linearised.part(point, point_kinds), between(rows, xi)]
         )
         coarse = [one.points.get(xi) if one else None for one in larger]
-        points.append(errors(of_points, point, coarse, parts))
+        points.append(errors(point_kinds, point, coarse, parts))
     parts = [
         linearised.part_of_curve(curve.free, moved["zero_creepage"]),
-        changes(curve.free, of_curve, changed_free or dict.fromkeys(OF_CURVE, np.nan)),
+        changes(curve.free, curve_kinds, changed_free or dict.fromkeys(OF_CURVE, np.nan)),
     ]
-    return points, errors(of_curve, curve.free, [one.free if one else None for one in larger], parts)
+    return points, errors(curve_kinds, curve.free, [one.free if one else None for one in larger], parts)
 
 
 # --- all curves of a dataset ---
 
 
-def with_distances(dataset: xr.Dataset, specification: ContactSpecification) -> xr.Dataset:
+def add_distances(dataset: xr.Dataset, specification: ContactSpecification) -> xr.Dataset:
     """Return the dataset of all ICs with distances of their curves to the reference's: `rms` and `largest`.
 
     Creepages without a contact do not count. Estimates are those of the differences, and 0 for the reference.
@@ -506,6 +506,6 @@ MOTION = Motion(
     wheel_rolls=True,
     solve=solve_curve,
     solve_point=solve_nearest_to_no_creepage,
-    complete=with_distances,
+    complete=add_distances,
     misfits=forces_beyond_creepages,
 )

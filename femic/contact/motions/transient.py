@@ -146,19 +146,19 @@ def estimate_path(
     """
     larger = pairs.on_larger_elements(pair, problem, label, solve_path)
     linearised = pairs.Linearisation.measure(pair.on_grid, problem.operator, pair.loads[0])
-    of_all = kinds(OF_ROLLING)
+    error_kinds = kinds(OF_ROLLING)
 
     def estimate(
         fine: Measured | None, coarse: Sequence[Measured | None], other: Measured | None
     ) -> dict[str, float]:
         parts = []
         if fine is not None and other is not None:
-            parts.append(changes(fine, of_all, other.numbers))
+            parts.append(changes(fine, error_kinds, other.numbers))
         if fine is not None:
-            parts.append(linearised.part(fine, of_all))
-        return errors(of_all, fine, coarse, parts)
+            parts.append(linearised.part(fine, error_kinds))
+        return errors(error_kinds, fine, coarse, parts)
 
-    between = [interpolated(other, path.distances) if other else None for other in larger]
+    between = [interpolate_path(other, path.distances) if other else None for other in larger]
     by_distance = [
         estimate(
             fine, [steps[n] if steps else None for steps in between], changed.steps[n] if changed else None
@@ -169,7 +169,7 @@ def estimate_path(
     return by_distance, estimate(path.steady, steady, changed.steady if changed else None)
 
 
-def interpolated(path: TransientPath, distances: Array) -> list[Measured]:
+def interpolate_path(path: TransientPath, distances: Array) -> list[Measured]:
     """Return the numbers of a path at other distances [mm]: linear between its steps."""
     rows = {
         name: np.interp(distances, path.distances, [step.numbers[name] for step in path.steps])
@@ -181,7 +181,7 @@ def interpolated(path: TransientPath, distances: Array) -> list[Measured]:
     ]
 
 
-def with_creepages(dataset: xr.Dataset, specification: ContactSpecification) -> xr.Dataset:
+def add_creepages(dataset: xr.Dataset, specification: ContactSpecification) -> xr.Dataset:
     """Return the dataset of all ICs with load [N] and creepages as attributes."""
     creepages = {
         name: float(getattr(specification.friction, name)) for name in ("creepage", "lateral", "spin")
@@ -198,5 +198,5 @@ MOTION = Motion(
     wheel_rolls=True,
     solve=solve_transient,
     solve_point=solve_last_distance,
-    complete=with_creepages,
+    complete=add_creepages,
 )

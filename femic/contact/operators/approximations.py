@@ -162,12 +162,14 @@ def _convolution(parts: Sequence[_Part], directions: tuple[int, ...]) -> Convolu
             products = [("cos", "cos", cosine)]  # of cos and sin of w (delta_I - delta_J)
             if w:
                 products += [("sin", "sin", cosine), ("sin", "cos", sine), ("cos", "sin", -sine)]
-            for of_observer, of_load, kernel in products:
+            for observer_function, load_function, kernel in products:
                 if not np.any(kernel):
                     continue
-                observer, load = (f"{name}({w!r} delta_{number})" for name in (of_observer, of_load))
-                factors[observer] = FUNCTIONS[of_observer](w * part.delta)
-                factors[load] = FUNCTIONS[of_load](w * part.delta)
+                observer, load = (
+                    f"{name}({w!r} delta_{number})" for name in (observer_function, load_function)
+                )
+                factors[observer] = FUNCTIONS[observer_function](w * part.delta)
+                factors[load] = FUNCTIONS[load_function](w * part.delta)
                 places = (i, observer), (j, load)
                 kernels[places] = kernels.get(places, 0.0) + kernel
     return Convolution(directions, factors, kernels)
@@ -202,12 +204,12 @@ def _parts(forms: Forms, pair: Pair, grid: Grid, upper_offset: float) -> list[_P
     alike = np.array_equal(deltas[0], deltas[1]) or set(forms.values()) == {FORMS["A"]}
     if alike and not own_properties and all(form.has_shares for form in forms.values()):
         return [_Part(forms, pair.half_space, grid, deltas[0])]
-    of_pair = effective if pair.effective else {}
-    of_bodies = {at: form for at, form in forms.items() if at not in of_pair}
+    combined = effective if pair.effective else {}
+    separate = {at: form for at, form in forms.items() if at not in combined}
     parts = (
-        _Part(of_bodies, lower.half_space, grid, deltas[0]),
-        _Part(of_bodies, upper.half_space, grid, deltas[1]),
-        _Part(of_pair, pair.half_space, grid, deltas[0]),
+        _Part(separate, lower.half_space, grid, deltas[0]),
+        _Part(separate, upper.half_space, grid, deltas[1]),
+        _Part(combined, pair.half_space, grid, deltas[0]),
     )
     return [part for part in parts if part.forms]
 

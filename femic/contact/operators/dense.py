@@ -105,8 +105,8 @@ class GridOperator:
         """
         m, n_x = len(self.directions), self.n_x
         strips = self.transformed.shape[1] // m
-        of_pairs = self.transformed.reshape(n_x + 1, strips // 2, 2, m, strips // 2, 2, m)
-        unpaired = of_pairs.mean(axis=2).sum(axis=4).reshape(n_x + 1, strips * m // 2, strips * m // 2)
+        paired = self.transformed.reshape(n_x + 1, strips // 2, 2, m, strips // 2, 2, m)
+        unpaired = paired.mean(axis=2).sum(axis=4).reshape(n_x + 1, strips * m // 2, strips * m // 2)
         # waves of pairs are those of elements of two lengths; the shorter ones are the last frequencies
         numbers = np.arange(n_x // 2 + 1)
         longer = (1 + np.cos(np.pi * numbers / n_x)) / 2
@@ -162,10 +162,10 @@ class GridOperator:
         numbers = np.arange(self.n_x + 1)
         chosen = np.flatnonzero((numbers < ALL_BELOW) | (numbers % EVERY == 0) | (numbers == self.n_x))
         nearest = np.argmin(np.abs(numbers[:, None] - chosen), axis=1)
-        of_chosen = symmetric.transformed[chosen]
-        shift = np.min(np.linalg.eigvalsh(of_chosen)) - PRECONDITIONER_SHIFT * least
-        unknowns = of_chosen.shape[1]
-        shifted = of_chosen - (shift * np.eye(unknowns)).astype(of_chosen.dtype)
+        blocks = symmetric.transformed[chosen]
+        shift = np.min(np.linalg.eigvalsh(blocks)) - PRECONDITIONER_SHIFT * least
+        unknowns = blocks.shape[1]
+        shifted = blocks - (shift * np.eye(unknowns)).astype(blocks.dtype)
         inverse = GridOperator(np.linalg.inv(shifted)[nearest], self.n_x, self.directions)
         vector = np.random.default_rng(0).standard_normal(self.n_x * unknowns)
         for _ in range(RESTARTS):
@@ -210,12 +210,12 @@ def smallest_eigenvalues(matrices: Iterable[Array], workers: int) -> list[float]
     Each is a share of the least IC xx, ss or nn of an element on itself.
     """
 
-    def of_matrix(ics: Array) -> float:
+    def relative_eigenvalue(ics: Array) -> float:
         own_ic = np.min(np.diagonal(ics[0], axis1=0, axis2=1).diagonal(axis1=0, axis2=1))
         return GridOperator.from_ics(ics)._smallest_eigenvalue() / float(own_ic)
 
     with warnings.catch_warnings(action="ignore"):  # of all threads, which share their filters
-        return list(in_threads(of_matrix, matrices, min(workers, MOST_AT_ONCE)))
+        return list(in_threads(relative_eigenvalue, matrices, min(workers, MOST_AT_ONCE)))
 
 
 def _between_strips(convolution: Convolution, at_lags: Callable[[Array], Array]) -> Array:
@@ -223,8 +223,8 @@ def _between_strips(convolution: Convolution, at_lags: Callable[[Array], Array])
     n_s, directions = convolution.shape[1], convolution.directions
     n = len(at_lags(next(iter(convolution.kernels.values()))))
     ics = np.zeros((n, n_s, n_s, len(directions), len(directions)))
-    for ((i, of_observer), (j, of_load)), kernel in convolution.kernels.items():
-        factors = np.outer(convolution.factors[of_observer], convolution.factors[of_load])
+    for ((i, observer_factor), (j, load_factor)), kernel in convolution.kernels.items():
+        factors = np.outer(convolution.factors[observer_factor], convolution.factors[load_factor])
         between = at_lags(kernel)[:, strip_lags(n_s)]
         ics[..., directions.index(i), directions.index(j)] += factors * between
     return ics

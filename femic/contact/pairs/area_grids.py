@@ -16,14 +16,7 @@ import scipy
 from femic.contact.loading import Loading
 from femic.contact.normal import NormalContact
 from femic.contact.pairs.areas import Areas, AreasContact, AreaTooSmall
-from femic.contact.pairs.grids import (
-    COARSE_MARGIN,
-    ROOM,
-    extend_grid,
-    hertz,
-    keep_on_contours,
-    round_up,
-)
+from femic.contact.pairs.grids import COARSE_MARGIN, ROOM, extend_grid, hertz, keep_on_contours, round_up
 from femic.contact.pairs.pair_on_grid import RESOLVED, PairOnGrid
 from femic.contact.patch import MARGIN
 from femic.contact.undeformed import TangentPlane, Undeformed
@@ -41,7 +34,9 @@ LITTLE_MORE = 1.01  # of the approach at which overlaps were sought, at most
 TOO_MUCH = 0.8  # of the approach at which overlaps were sought, at least, that the contact has
 COUNTS = 0.01  # share of the pressures from which on a patch counts
 ACROSS = 8  # elements across patches beside the main one, at least
-OF_COARSER = 0.7  # of the change by elements twice as large: the error of p_max (`femic.contact.estimates`)
+COARSER_SHARE = (
+    0.7  # of the change by elements twice as large: the error of p_max (`femic.contact.estimates`)
+)
 MOST_ALONG_X, MOST_STRIPS = 160, 1024  # elements of a grid
 MOST_ELEMENTS = 60_000  # of all grids of a contact
 
@@ -181,17 +176,17 @@ def unresolved(contact: AreasContact, number: int) -> float:
 
 
 def refined_grids(
-    bodies: PairOnGrid, boxes: Sequence[Box], sought: Sought, elements: int, most_strips: int = MOST_STRIPS
+    bodies: PairOnGrid, boxes: Sequence[Box], sought: Sought, elements: int
 ) -> tuple[Grid, ...]:
-    """Return grids over patches that are long enough, with enough elements across each and for p_max.
-
-    Grids of more than `MOST_ELEMENTS` elements or `most_strips` strips are not made finer.
-    """
-    return refine(bodies, fitting_grids(bodies, boxes, elements, most_strips), sought, most_strips)
+    """Return grids over patches, `refine`d."""
+    return refine(bodies, fitting_grids(bodies, boxes, elements, MOST_STRIPS), sought, MOST_STRIPS)
 
 
 def refine(bodies: PairOnGrid, grids: Sequence[Grid], sought: Sought, most_strips: int) -> tuple[Grid, ...]:
-    """Return grids made longer and finer, as `refined_grids` says."""
+    """Return grids made long enough, with enough elements across each patch and for p_max.
+
+    Grids of more than `MOST_ELEMENTS` elements or `most_strips` strips are not made finer.
+    """
     for _ in range(MOST_TRIES):
         areas = Areas.with_approximation(sought.variant, bodies, grids, sought.roll)
         try:
@@ -228,7 +223,7 @@ def finer_grid(
     allowed = RESOLVED * (float(np.max(contact.p)) if largest is None else largest)
     coarser = contact if contact.coarser is None else contact.coarser
     change = abs(float(np.max(contact.p)) - float(np.max(coarser.p)))
-    rough = lacking > allowed or OF_COARSER * change > allowed
+    rough = lacking > allowed or COARSER_SHARE * change > allowed
     along_x, along_s = 2 if few_x else 1, 2 if few_s or rough else 1
     finer = Grid(along_x * grid.n_x, along_s * grid.n_s, grid.dx / along_x, grid.ds / along_s, grid.s)
     return None if finer == grid or finer.n_x > MOST_ALONG_X or finer.n_s > most_strips else finer

@@ -45,7 +45,7 @@ POINT = 1e-4  # sides of the element that stands for a point force between areas
 SETTLED = 1e-6  # change of the approach between two distances, as a share of it
 MOST_STEPS = 40  # distances of the displaced body
 
-Box = tuple[float, tuple[float, float]]  # half-length along x, range of s [mm] of a grid
+Rectangle = tuple[float, tuple[float, float]]  # half-length along x, range of s [mm] of a grid
 
 
 class AreaTooSmall(Failure):
@@ -65,7 +65,7 @@ class Coupling:
     symmetric. `between` has the displacement [mm/N] at the nodes of area i by forces at those of area j.
     """
 
-    boxes: tuple[Box, ...]
+    boxes: tuple[Rectangle, ...]
     between: dict[tuple[int, int], Array]
 
     def displacements(self, grids: Sequence[Grid], p: Sequence[Array]) -> list[Array]:
@@ -263,45 +263,29 @@ class _Level:
 
         They are one problem in variables sqrt(element area) p, so that the ICs stay symmetric.
         """
-        grids = [problem.grid for problem in problems]
+        alone, grids = [problem.bounded for problem in problems], [problem.grid for problem in problems]
         roots = [np.sqrt(grid.area) for grid in grids]
-        shapes = [problem.distance.shape for problem in problems]
-        ends = np.cumsum([problem.distance.size for problem in problems])[:-1]
+        ends = np.cumsum([own.h.size for own in alone])[:-1]
 
         def join(parts: Sequence[Array]) -> Array:
             return np.concatenate([root * part.ravel() for root, part in zip(roots, parts, strict=True)])
 
         def apart(v: Array) -> list[Array]:
-            parts = np.split(v, ends)
-            return [
-                part.reshape(shape) / root for part, shape, root in zip(parts, shapes, roots, strict=True)
-            ]
+            parts = zip(alone, np.split(v, ends), roots, strict=True)
+            return [part.reshape(own.h.shape) / root for own, part, root in parts]
 
         def compliance(v: Array) -> Array:
             p = apart(v)
-            others = self.coupling.displacements(grids, p)
-            own = [
-                problem.operator(part[..., None])[..., 0] for problem, part in zip(problems, p, strict=True)
-            ]
-            return join([u + more for u, more in zip(own, others, strict=True)])
+            parts = zip(alone, p, self.coupling.displacements(grids, p), strict=True)
+            return join([own.compliance(pressed) + by_others for own, pressed, by_others in parts])
 
         def inverse(v: Array) -> Array:
-            return join(
-                [
-                    problem.flat.ring_inverse(gap[..., None])[..., 0]
-                    for problem, gap in zip(problems, apart(v), strict=True)
-                ]
-            )
+            return join([own.inverse(gap) for own, gap in zip(alone, apart(v), strict=True)])
 
-        cosines = [np.broadcast_to(problem.cosine, problem.distance.shape) for problem in problems]
-        bounded = Bounded(
-            compliance, inverse, join([problem.distance for problem in problems]), join(cosines)
-        )
+        bounded = Bounded(compliance, inverse, join([own.h for own in alone]), join([own.c for own in alone]))
         solution = pressures(bounded, load=load, start=None if start is None else join(start))
-        return [
-            replace(solution, p=p, gap=gap)
-            for p, gap in zip(apart(solution.p), apart(solution.gap), strict=True)
-        ]
+        parts = zip(apart(solution.p), apart(solution.gap), strict=True)
+        return [replace(solution, p=p, gap=gap) for p, gap in parts]
 
 
 # --- displacements between areas ---
@@ -310,7 +294,7 @@ NO_COUPLING = Coupling((), {})
 
 
 @lru_cache(maxsize=32)
-def coupling(variant: str, pair: Pair, boxes: tuple[Box, ...]) -> Coupling:
+def coupling(variant: str, pair: Pair, boxes: tuple[Rectangle, ...]) -> Coupling:
     """Return the coupling of areas by an approximation of the ICs; one that is not reciprocal is averaged."""
     one_way = {
         (i, j): _point_forces(variant, pair, boxes[i], boxes[j])
@@ -319,7 +303,7 @@ def coupling(variant: str, pair: Pair, boxes: tuple[Box, ...]) -> Coupling:
     return Coupling(boxes, {(i, j): (ics + one_way[j, i].T) / 2 for (i, j), ics in one_way.items()})
 
 
-def _point_forces(variant: str, pair: Pair, at: Box, by: Box) -> Array:
+def _point_forces(variant: str, pair: Pair, at: Rectangle, by: Rectangle) -> Array:
     """Return displacements along n at the nodes of a box by forces along n at those of another [mm/N]."""
     (x_i, s_i), (x_j, s_j) = (_nodes(box) for box in (at, by))
     half = POINT * max(float(np.min(np.abs(np.subtract.outer(s_i, s_j)))), 1e-6)
@@ -327,12 +311,12 @@ def _point_forces(variant: str, pair: Pair, at: Box, by: Box) -> Array:
     ics = np.empty((NODES, NODES, NODES, NODES))
     for k, s in enumerate(s_j):
         element = Patch(half, half, s=float(s))
-        of_strip = pair.approximate(variant, element, (lags[:, None, :], s_i[None, :, None]))
-        ics[..., k] = of_strip[N, N] / (4 * half**2)
+        strip_ics = pair.approximate(variant, element, (lags[:, None, :], s_i[None, :, None]))
+        ics[..., k] = strip_ics[N, N] / (4 * half**2)
     return ics.reshape(NODES * NODES, NODES * NODES)
 
 
-def _nodes(box: Box) -> tuple[Array, Array]:
+def _nodes(box: Rectangle) -> tuple[Array, Array]:
     """Return the Chebyshev nodes of a box along x and s [mm], (NODES,) each."""
     unit = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
     half_x, (low, high) = box
@@ -340,7 +324,7 @@ def _nodes(box: Box) -> tuple[Array, Array]:
 
 
 @lru_cache(maxsize=128)
-def _bases(grid: Grid, box: Box) -> tuple[Array, Array]:
+def _bases(grid: Grid, box: Rectangle) -> tuple[Array, Array]:
     """Return Lagrange's polynomials of the nodes at the centres of elements, (n_x or n_s, NODES)."""
     x = np.asarray(grid.dx * (np.arange(grid.n_x) - (grid.n_x - 1) / 2))
     bases = []

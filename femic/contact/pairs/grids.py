@@ -52,10 +52,8 @@ def distances_nearby(bodies: PairOnGrid) -> tuple[float, Array]:
     Shape (3,) [mm]: along s to both sides, and along x. Infinite where a contour ends there.
     """
     undeformed, (start, end) = bodies.undeformed, bodies.undeformed.s_range
-    touching, step = (
-        undeformed.touching[0],
-        CURVATURE_STEP * min(end - start, undeformed.upper.rolling_radius),
-    )
+    touching = undeformed.touching[0]
+    step = CURVATURE_STEP * min(end - start, undeformed.upper.rolling_radius)
     across = undeformed.distance(0.0, touching + step * np.array([-1.0, 1.0]))
     return step, np.append(across, undeformed.distance(step, touching))
 

@@ -150,8 +150,8 @@ def body_ics(
 
 def _matrix(columns: list[Array], grid: Grid, directions: tuple[int, ...]) -> Array:
     """ICs [mm/MPa] (lag, observed, loaded, i, j) of columns (i, j, lag, observed) [mm/N]."""
-    of_directions = [column[np.ix_(directions, directions)].astype(float) for column in columns]
-    return np.asarray(grid.area * np.stack(of_directions, axis=-1).transpose(2, 3, 4, 0, 1))
+    selected = [column[np.ix_(directions, directions)].astype(float) for column in columns]
+    return np.asarray(grid.area * np.stack(selected, axis=-1).transpose(2, 3, 4, 0, 1))
 
 
 # --- whether C_nn is positive ---

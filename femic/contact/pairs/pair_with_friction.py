@@ -193,14 +193,14 @@ class Linearisation:
         away = changes(fine, kinds(OF_FRICTIONLESS), numbers(on_grid, exact))
         return cls(away, away["p_max"] / fine.numbers["p_max"])
 
-    def part(self, fine: Measured, of_all: Mapping[str, Kind]) -> dict[str, float]:
+    def part(self, fine: Measured, error_kinds: Mapping[str, Kind]) -> dict[str, float]:
         """Return the part of the estimates of a contact with friction."""
         tangential = {name: self.share * abs(fine.numbers[name]) for name in OWN_SHARES} | {
-            name: times * self.share * fine.scale(name, of_all[name]).changes
+            name: times * self.share * fine.scale(name, error_kinds[name]).changes
             for name, times in SCALE_SHARES.items()
-            if name in of_all and name not in fine.exact
+            if name in error_kinds and name not in fine.exact
         }
-        return {name: self.changes.get(name, 0.0) + tangential.get(name, 0.0) for name in of_all}
+        return {name: self.changes.get(name, 0.0) + tangential.get(name, 0.0) for name in error_kinds}
 
     def part_of_curve(self, fine: Measured, zero_creepage: float) -> dict[str, float]:
         """Return the part of the estimates of a curve, from its creepage without force as displaced."""

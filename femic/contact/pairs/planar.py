@@ -99,8 +99,7 @@ def solve_planar(
     """
 
     def solve_coarse(zeta: float) -> list[PlanarPatch]:
-        parts = [*_coarse_parts(bodies, zeta, roll)]
-        return _solve_patches(parts, zeta, roll)
+        return _solve_patches([*_coarse_parts(bodies, zeta, roll)], zeta, roll)
 
     approach = _find_approach(solve_coarse, load, roll, about or 1e-3)
     coarse = solve_coarse(approach)

@@ -65,102 +65,78 @@ def half_width(on_grid: pairs.PairOnGrid, contact: Contact) -> float:
     return (high - low) / 2
 
 
-ALL: Mapping[str, Quantity] = {
+def force(axis: int) -> Callable[[pairs.PairOnGrid, Contact], float]:
+    """Return what computes the force on the upper body along an axis [N]."""
+    return lambda on_grid, contact: float(on_grid.resultant(contact.tractions).force[axis])
+
+
+def moment(axis: int) -> Callable[[pairs.PairOnGrid, Contact], float]:
+    """Return what computes the moment on the upper body about an axis [N mm]."""
+    return lambda on_grid, contact: float(on_grid.resultant(contact.tractions).moment[axis])
+
+
+def aspect(on_grid: pairs.PairOnGrid, contact: Contact) -> float:
+    """Return half-length over half-width of the main patch."""
+    return half_length(on_grid, contact) / half_width(on_grid, contact)
+
+
+def s_centre(on_grid: pairs.PairOnGrid, contact: Contact) -> float:
+    """Return the centre of pressure along s [mm]."""
+    return centre_of_pressure(contact.pressures, on_grid.grid.strips)
+
+
+def work(on_grid: pairs.PairOnGrid, contact: frictional.FrictionalContact) -> float:
+    """Return the work of friction [N]."""
+    return float(np.sum(contact.dissipation) * on_grid.grid.area)
+
+
+MOMENT_X = "moment on the upper body about the x axis through the contact centre"
+MOMENT_Z = "moment on the upper body about the contact centre's vertical"
+SLOPE = "derivative of the longitudinal force by the creepage there"
+EQUAL = "creepage at the force at which tractions are compared"
+WORK = "work of friction per unit of rolled distance"
+ALL: Mapping[str, Quantity] = {  # c: the contact
     "angle": Quantity("Δδ", "deg", "range of the inclination over the patch", estimates.WIDTH, angle),
     "a": Quantity("a", "mm", "half-length of the patch along x", estimates.LENGTH, half_length),
     "b": Quantity("b", "mm", "half-width of the patch along s, on the arc", estimates.WIDTH, half_width),
-    "aspect": Quantity(
-        "a/b",
-        "1",
-        "aspect of the patch",
-        estimates.ASPECT,
-        lambda on_grid, contact: half_length(on_grid, contact) / half_width(on_grid, contact),
-    ),
+    "aspect": Quantity("a/b", "1", "aspect of the patch", estimates.ASPECT, aspect),
     "p_max": Quantity(
-        "p_max",
-        "MPa",
-        "largest pressure",
-        estimates.PRESSURE,
-        lambda _, contact: float(np.max(contact.pressures)),
+        "p_max", "MPa", "largest pressure", estimates.PRESSURE, lambda _, c: float(np.max(c.pressures))
     ),
-    "approach": Quantity(
-        "ζ", "mm", "vertical approach", estimates.GIVEN, lambda _, contact: contact.approach
-    ),
-    "load": Quantity("N", "N", "vertical load", estimates.GIVEN, lambda _, contact: contact.load),
+    "approach": Quantity("ζ", "mm", "vertical approach", estimates.GIVEN, lambda _, c: c.approach),
+    "load": Quantity("N", "N", "vertical load", estimates.GIVEN, lambda _, c: c.load),
     "position": Quantity(
         "y_u",
         "mm",
         "lateral position of the upper body",
         estimates.POSITION,
-        lambda on_grid, _: on_grid.undeformed.shift,
+        lambda at, _: at.undeformed.shift,
     ),
-    "F_x": Quantity(
-        "F_x",
-        "N",
-        "longitudinal force on the upper body",
-        estimates.LONGITUDINAL,
-        lambda on_grid, contact: float(on_grid.resultant(contact.tractions).force[0]),
-    ),
-    "F_y": Quantity(
-        "F_y",
-        "N",
-        "lateral force on the upper body",
-        estimates.LATERAL,
-        lambda on_grid, contact: float(on_grid.resultant(contact.tractions).force[1]),
-    ),
-    "M_x": Quantity(
-        "M_x",
-        "N mm",
-        "moment on the upper body about the x axis through the contact centre",
-        estimates.ABOUT_X,
-        lambda on_grid, contact: float(on_grid.resultant(contact.tractions).moment[0]),
-    ),
-    "M_z": Quantity(
-        "M_z",
-        "N mm",
-        "moment on the upper body about the contact centre's vertical",
-        estimates.ABOUT_Z,
-        lambda on_grid, contact: float(on_grid.resultant(contact.tractions).moment[2]),
-    ),
-    "s_centre": Quantity(
-        "s_c",
-        "mm",
-        "centre of pressure along s",
-        estimates.CENTRE,
-        lambda on_grid, contact: centre_of_pressure(contact.pressures, on_grid.grid.strips),
-    ),
-    "area": Quantity(
-        "area", "mm2", "contact area on the lower surface", estimates.AREA, lambda _, contact: contact.area
-    ),
+    "F_x": Quantity("F_x", "N", "longitudinal force on the upper body", estimates.LONGITUDINAL, force(0)),
+    "F_y": Quantity("F_y", "N", "lateral force on the upper body", estimates.LATERAL, force(1)),
+    "M_x": Quantity("M_x", "N mm", MOMENT_X, estimates.ABOUT_X, moment(0)),
+    "M_z": Quantity("M_z", "N mm", MOMENT_Z, estimates.ABOUT_Z, moment(2)),
+    "s_centre": Quantity("s_c", "mm", "centre of pressure along s", estimates.CENTRE, s_centre),
+    "area": Quantity("area", "mm2", "contact area on the lower surface", estimates.AREA, lambda _, c: c.area),
     "stiffness": Quantity(
         "dN/dζ",
         "N/mm",
         "derivative of the load by the approach",
         estimates.STIFFNESS,
-        lambda _, contact: contact.stiffness,
+        lambda _, c: c.stiffness,
     ),
     "sliding_share": Quantity(
         "sliding",
         "1",
         "area of sliding over that of contact",
         estimates.SLIDING,
-        lambda _, contact: contact.sliding_share,
+        lambda _, c: c.sliding_share,
     ),
-    "dissipation": Quantity(
-        "work",
-        "N",
-        "work of friction per unit of rolled distance",
-        estimates.WORK,
-        lambda on_grid, contact: float(np.sum(contact.dissipation) * on_grid.grid.area),
-    ),
+    "dissipation": Quantity("work", "N", WORK, estimates.WORK, work),
     "xi": Quantity("ξ", "1", "creepage of these numbers", estimates.CREEPAGE),
     "zero_creepage": Quantity("ξ_0", "1", "creepage without longitudinal force", estimates.CREEPAGE),
-    "slope": Quantity(
-        "dF_x/dξ", "N", "derivative of the longitudinal force by the creepage there", estimates.SLOPE
-    ),
-    "equal_creepage": Quantity(
-        "ξ_e", "1", "creepage at the force at which tractions are compared", estimates.CREEPAGE
-    ),
+    "slope": Quantity("dF_x/dξ", "N", SLOPE, estimates.SLOPE),
+    "equal_creepage": Quantity("ξ_e", "1", EQUAL, estimates.CREEPAGE),
 }
 
 
@@ -203,11 +179,13 @@ def measured(
 
     `prescribed` are the names of those that its loading fixes; others that are exact vanish by symmetry.
     """
-    own, state, work = _on_own_grid(on_grid, contact), contact.slip_state, contact.largest_work
+    own, state, largest_work = _on_own_grid(on_grid, contact), contact.slip_state, contact.largest_work
     contour, strips = own.undeformed.lower.contour, own.grid.strips
     (y, z), (sin, cos) = contour.position(strips), contour.normal(strips)
     at = Places(own.x, y, z, sin, cos, own.grid.area)
-    scales = estimates.scales(contact.pressures, state.friction, at) | {"work": Scale(work, work)}
+    scales = estimates.scales(contact.pressures, state.friction, at) | {
+        "work": Scale(largest_work, largest_work)
+    }
     floors = estimates.floors(state)
     floors["peak"] += lacking(own, contact) / max(float(np.max(contact.pressures)), LEAST)
     for name, floor in estimates.floors_of_forces(state, at).items():

@@ -16,7 +16,7 @@ from compare.pages.contact_numbers import (
     numbers_table,
 )
 from compare.report.tables import with_estimate
-from femic.contact.motions.none import mapped, sensitivities
+from femic.contact.motions.none import map_pressures, sensitivities
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
 from femic.results.contact import compute_contact, pressures, to_dataset
 from femic.scenes.load import load_scene
@@ -180,7 +180,7 @@ def test_maps_show_displacements_with_a_minus_displacements_with_bhat_in_percent
     shapes = {name: mapped_contact(contacts) for name, contacts in results.items()}
     wide, tall = shapes["wide"], shapes["tall"]
     assert wide.loading.load == 5300e3  # as the scene says, and not the largest
-    np.testing.assert_allclose(mapped(wide, wide), wide.normal.p, atol=1e-9 * wide.normal.p.max())
+    np.testing.assert_allclose(map_pressures(wide, wide), wide.normal.p, atol=1e-9 * wide.normal.p.max())
     maps = list(sensitivities(shapes))
     assert [(one.pressures, one.patch) for one in maps] == [*product(("wide", "tall"), repeat=2)]
     assert all(0 < np.min(one.inside) < np.max(one.inside) < 0.4 for one in maps)

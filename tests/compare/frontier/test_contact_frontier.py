@@ -168,7 +168,7 @@ class Expected:
     def high(self, ics, number):
         return {"A": 0.3, "B": 0.08}.get(ics, np.inf) if number == "p_max" else np.inf
 
-    def sentence_of(self, ics, number):
+    def describe(self, ics, number):
         return f"{number} with {ics}: as in others."
 
 

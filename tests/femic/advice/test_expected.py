@@ -5,12 +5,27 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from advice_reliability import (
+    LEAST_HELD,
+    Trial,
+    check_bounds,
+    choose_rule,
+    coverage_rows,
+    worst_trials,
+    write,
+)
+from advice_scenes import random_scene
 
 from femic.advice.expected import Bounds, bounds_at, expect
-from femic.advice.knowledge import BoundCoverage, Knowledge, KnownScene, Rule, read, write
-from femic.advice.reliability import LEAST_HELD, Trial, check_bounds, choose_rule, coverage_rows, worst_trials
-from femic.advice.scenes import random_scene
-from femic.advice.study import FEATURES, contact_features
+from femic.advice.knowledge import (
+    FEATURES,
+    BoundCoverage,
+    Knowledge,
+    KnownScene,
+    Rule,
+    contact_features,
+    read,
+)
 
 NUMBER, ICS = "p_max", "A"
 ROLLING = "p_max in rolling"
@@ -139,8 +154,8 @@ def test_expected_of_a_contact(scene):
     expected = expect(scene.problem, [NUMBER, "area"], around(scene))
     assert expected.bounds == {(ICS, NUMBER): Bounds(0.01, 0.06)}
     assert [expected.high(*of) for of in ((ICS, "area"), ("B", NUMBER))] == [np.inf, np.inf]
-    assert "1.0 to 6.0 %" in expected.sentence_of(ICS, NUMBER)
-    assert "9 of 10 random scenes" in expected.sentence_of(ICS, NUMBER)
+    assert "1.0 to 6.0 %" in expected.describe(ICS, NUMBER)
+    assert "9 of 10 random scenes" in expected.describe(ICS, NUMBER)
 
 
 def test_pressures_without_friction_are_those_studied_without(scene):
@@ -148,7 +163,7 @@ def test_pressures_without_friction_are_those_studied_without(scene):
     still = replace(scene.problem, specification=specification)
     expected = expect(still, [NUMBER], around(scene))
     assert expected.bounds == {(ICS, NUMBER): Bounds(0.02, 0.12)}
-    assert "not tested" in expected.sentence_of(ICS, NUMBER)
+    assert "not tested" in expected.describe(ICS, NUMBER)
     assert expect(still, ["F_x"], around(scene)) is None
 
 
@@ -160,7 +175,7 @@ def test_shares_of_a_force_that_may_vanish_have_no_largest(scene):
     ]
     expected = expect(scene.problem, ["F_x"], replace(known, scenes=own))
     assert expected.bounds == {(ICS, "F_x"): Bounds(0.01, np.inf)}
-    assert "1.0 % or more" in expected.sentence_of(ICS, "F_x")
+    assert "1.0 % or more" in expected.describe(ICS, "F_x")
 
 
 def test_trials_have_the_bounds_that_are_stated():

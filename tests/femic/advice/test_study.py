@@ -4,21 +4,13 @@ import json
 from types import SimpleNamespace
 from unittest.mock import Mock
 
+import advice_scenes as store
 import numpy as np
 import pytest
+from advice_reliability import ics_errors, reference_estimates
+from advice_scenes import ANGLES, TOOLS, entries, random_scene, solve_missing, solve_scene
 
-from femic.advice import study as store
-from femic.advice.knowledge import ics_errors, packaged, reference_estimates
-from femic.advice.scenes import ANGLES, random_scene
-from femic.advice.study import (
-    FEATURES,
-    contact_features,
-    entries,
-    saturation,
-    solve_missing,
-    solve_scene,
-    turn_beyond,
-)
+from femic.advice.knowledge import FEATURES, contact_features, packaged_knowledge, saturation, turn_beyond
 from femic.cache.digests import results_digest
 from femic.contact.pairs.pair_on_grid import undeformed_surfaces
 from geometries.contours import arc
@@ -57,7 +49,7 @@ def test_features_do_not_depend_on_units_of_length_and_modulus():
 @pytest.mark.slow  # C: a minute
 @pytest.mark.parametrize("index", range(SOLVED_AGAIN))
 def test_known_scenes_are_as_solved_again(index):
-    known = packaged().scenes[index]
+    known = packaged_knowledge().scenes[index]
     entry = solve_scene(random_scene(known.seed, known.number), known.seed, known.number)
     errors, estimates = ics_errors(entry), reference_estimates(entry)
     for ics, of_ics in known.errors.items():
@@ -108,7 +100,7 @@ def test_damaged_entries_and_those_of_other_code_are_solved_again(tmp_path, capl
     (tmp_path / "1-0.json").write_text('{"seed": 1, "num', encoding="utf-8")
     old = json.loads((tmp_path / "2-0.json").read_text(encoding="utf-8")) | {"code": "other"}
     (tmp_path / "2-0.json").write_text(json.dumps(old), encoding="utf-8")
-    assert entries(tmp_path, 2, results_digest()) == []
+    assert entries(tmp_path, 2, results_digest(TOOLS)) == []
     again = list(solve_missing(tmp_path, WANTED, 1, solve))
     assert [(entry["seed"], entry["number"]) for entry in again] == [(1, 0), (2, 0)]
     assert "damaged" in caplog.text

@@ -10,7 +10,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from femic.contact.exact.pin import PinInHole
 from femic.reference.harmonic.section import SectionMesh, _curved
 from femic.reference.meshing import collect_cells, gmsh_session
 from femic.stresses.engine import SectionUnderWaves
@@ -21,6 +20,7 @@ from femic.stresses.waves import Spectra
 from geometries.bodies import Body, Domain
 from geometries.contours import Arc, Contour
 from geometries.patches import Grid
+from tests.femic.contact.exact.pin import PinInHole
 from tests.femic.stresses.samples import STEEL, section_points
 from tests.truths.hollow_cylinder import amplitudes, solutions
 

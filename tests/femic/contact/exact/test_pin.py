@@ -9,11 +9,11 @@ from scipy.linalg import toeplitz
 
 from approx.cylinder import cavity_ics, solid_cylinder_ics
 from femic.contact.exact.hertz import LineContact
-from femic.contact.exact.pin import PinInHole
 from femic.contact.normal import Bounded, pressures
 from femic.contact.patch import extents
 from geometries.errors import WrongInput
 from geometries.materials import Material
+from tests.femic.contact.exact.pin import PinInHole
 
 STEEL = Material(210e3, 0.28)
 SIMILAR = Material(50e3 * 1.45, 0.45)  # against a pin of G = 50e3 / (2 * 0.1) (1 - 2 nu), nu = 0

@@ -12,7 +12,6 @@ from scipy.sparse.linalg import LinearOperator, splu
 from skfem import MeshTet, MeshTet2
 
 from femic.contact.exact.hertz import LineContact, combined_modulus
-from femic.contact.exact.pin import PinInHole
 from femic.contact.finite_elements.bodies import Elastic, Expected
 from femic.contact.finite_elements.meshed_contact import Bodies, Meshes, solved
 from femic.reference.solid.linear import stiffness
@@ -22,6 +21,7 @@ from geometries.bodies import Body, Domain
 from geometries.contours import arc, plane
 from geometries.materials import Material
 from geometries.surfaces import LOWER, UPPER
+from tests.femic.contact.exact.pin import PinInHole
 from tests.femic.contact.problems import BRASS, STEEL
 
 # ---- slices of long bodies between two planes that hold them along x

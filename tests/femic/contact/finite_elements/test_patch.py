@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from skfem import MeshTet
 
-from femic.contact.finite_elements.bodies import Expected, elastic
+from femic.contact.finite_elements.bodies import Expected, prepare_body
 from femic.contact.finite_elements.meshed_contact import Bodies, Meshes, solved
 from femic.reference.solid.engine import SolidModel
 from femic.reference.solid.linear import stiffness
@@ -46,7 +46,7 @@ def block(cells, height, material, side):
     solid = curved(body, Tetrahedra(points, mesh.t, facets), half_section=True)
     x, y, z = solid.nodes
     held = np.stack([x == LENGTH, y == WIDTH, z == side * height], axis=1)
-    return elastic(SolidModel(solid, stiffness(solid.mesh, material), held))
+    return prepare_body(SolidModel(solid, stiffness(solid.mesh, material), held))
 
 
 @pytest.fixture(scope="module")

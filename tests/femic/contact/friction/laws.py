@@ -70,5 +70,5 @@ WAYS[0, ..., 0] = WAYS[1, ..., 1] = 1.0
 
 def with_forces(targets, bound=None, motion=MOTIONS["second"]):
     bound = bounds() if bound is None else bound
-    free = FreeAmplitudes(np.array([motion._half_way(way) for way in WAYS]), WAYS, np.array(targets))
+    free = FreeAmplitudes(np.array([motion.half_way(way) for way in WAYS]), WAYS, np.array(targets))
     return replace(law(on_half_spaces(GRID), motion, bound), free=free)

@@ -11,7 +11,7 @@ from femic.contact.motions import pair_in_motion, transient
 from femic.contact.motions.transient import (
     GROUP,
     TransientPath,
-    interpolated,
+    interpolate_path,
     rolled_distance,
     solve_last_distance,
     solve_path,
@@ -89,14 +89,14 @@ def test_creepages_of_the_specification_are_used():
 def test_numbers_on_larger_elements_are_interpolated_between_steps():
     steps = [Measured({"F_x": value}, {}, {}) for value in (0.0, 4.0, 5.0)]
     path = TransientPath(np.array([0.0, 2.0, 4.0]), steps, None, [], None)
-    rows = interpolated(path, np.arange(5.0))
+    rows = interpolate_path(path, np.arange(5.0))
     assert [row.numbers["F_x"] for row in rows] == [0.0, 2.0, 4.0, 4.5, 5.0]
 
 
 def test_estimates_hold_against_elements_half_as_large(solved):
     fine = pair(Grid(48, 48, 0.3, 0.065), distance=4.7)
     path = solve_path(fine, fine.frictional(fine.operator("Bhat"), 0.3), "fine")
-    finer = interpolated(path, solved.distance.values)
+    finer = interpolate_path(path, solved.distance.values)
     for name in ("F_x", "F_y", "M_z", "p_max", "area", "sliding_share", "approach"):
         away = abs(solved[name] - [step.numbers[name] for step in finer])
         assert np.mean(away <= solved[f"estimate_{name}"]) >= 0.85, name

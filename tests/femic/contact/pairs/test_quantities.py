@@ -20,8 +20,8 @@ from femic.results.friction import compute_with_friction
 from geometries.contours import arc
 from geometries.patches import Grid
 from geometries.surfaces import LOWER, UPPER, Surface
-from tests.femic.contact.wheel_on_rail import scene
 from tests.femic.contact.pairs.problems import problem
+from tests.femic.contact.wheel_on_rail import scene
 
 
 def test_moments_are_those_of_all_tractions_on_inclined_elements():

@@ -109,5 +109,5 @@ class PinInHole:
         """Pi E* clearance / load of a half-angle [rad]; it falls as the angle grows."""
         squared = float(np.tan(half_angle / 2) ** 2)
         along_arc = (2 * squared**2 + np.log1p(squared)) / (squared * (1 + squared))  # m
-        of_hole = 1 - self.modulus * (1 - self.pin.nu**2) / self.pin.E
-        return float(1 / (squared * (1 + squared)) - along_arc * of_hole)
+        hole_share = 1 - self.modulus * (1 - self.pin.nu**2) / self.pin.E
+        return float(1 / (squared * (1 + squared)) - along_arc * hole_share)

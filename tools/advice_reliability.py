@@ -1,23 +1,85 @@
-"""How often bounds of errors hold and decisions by them are right, in scenes that did not make the bounds."""
+"""Errors in solved scenes, and how often bounds of errors hold and decisions by them are right in others."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from advice_scenes import CREEPAGES, NORMAL_ICS, PERTURBED, ROLLING_ICS
 
 from femic.advice.expected import Bounds, bounds_at, bounds_by
 from femic.advice.knowledge import (
-    NUMBERS,
+    NORMAL_NUMBERS,
+    PACKAGED,
+    PRESSURE_IN_ROLLING,
     ROLLING_NUMBERS,
     BoundCoverage,
     Knowledge,
     KnownScene,
     Rule,
-    ics_errors,
-    reference_estimates,
 )
+from femic.cache.files import write_text
+from femic.contact.pairs.ics import C
+
+# --- errors in a solved scene ---
+
+MIX, SAME_NORMAL = "mix", "Bhat"  # the mix has the nn ICs of B-hat
+NUMBERS = (*NORMAL_NUMBERS, *ROLLING_NUMBERS)
+AWAY = np.array(CREEPAGES) != 0  # creepages at which the force is not nearly none
+LEAST_FORCE = 1e-3  # over friction times load: shares of smaller forces with C are shares of this
+
+Errors = dict[str, dict[str, float]]  # by ICs and number
+
+
+def ics_errors(entry: Mapping[str, Any]) -> Errors:
+    """Return the errors of all ICs of an entry against C, each a share as in docs/evidence/advice.md.
+
+    Those without friction have a sign; of rolling, each is the largest over the creepages, without a sign.
+    """
+    errors = {name: _frictionless(entry, name) for name in NORMAL_ICS}
+    errors[MIX] = dict(errors[SAME_NORMAL])
+    for name in ROLLING_ICS:
+        if name in entry["rolling"]:
+            errors[name] |= _rolling(entry, name)
+    return errors
+
+
+def reference_estimates(entry: Mapping[str, Any]) -> dict[str, float]:
+    """Return the estimated error of C by number, on the same scales; of rolling 0 where it is not known."""
+    estimates = {name: abs(error) for name, error in _frictionless(entry, PERTURBED).items()}
+    return estimates | (
+        _rolling(entry, PERTURBED) if PERTURBED in entry["rolling"] else dict.fromkeys(ROLLING_NUMBERS, 0.0)
+    )
+
+
+def _frictionless(entry: Mapping[str, Any], name: str) -> dict[str, float]:
+    own, reference = entry["frictionless"][name], entry["frictionless"][C]
+    return {number: own[number] / reference[number] - 1 for number in NORMAL_NUMBERS}
+
+
+def _rolling(entry: Mapping[str, Any], name: str) -> dict[str, float]:
+    own, reference = entry["rolling"][name], entry["rolling"][C]
+    away = {
+        number: np.abs(np.array(own[number]) - np.array(reference[number]))
+        for number in ("F_x", "F_y", "sliding_share")
+    }
+    shares = away["F_x"][AWAY] / np.maximum(np.abs(np.array(reference["F_x"]))[AWAY], LEAST_FORCE)
+    pressures = np.abs(np.array(own["p_max"]) / np.array(reference["p_max"]) - 1)
+    return {
+        PRESSURE_IN_ROLLING: float(np.max(pressures)),
+        "F_x/limit": float(np.max(away["F_x"])),
+        "F_x": float(np.max(shares)),
+        "F_y/limit": float(np.max(away["F_y"])),
+        "sliding_share": float(np.max(away["sliding_share"])),
+        "zero_creepage": abs(own["zero_creepage"] - reference["zero_creepage"]) * abs(reference["slope"]),
+        "slope": abs(own["slope"] / reference["slope"] - 1),
+    }
+
+
+# --- bounds and decisions in other scenes ---
 
 TOLERANCES = 0.02, 0.05, 0.1  # of decisions
 RULES = tuple(Rule(*rule) for rule in product((6, 8, 12, 20), (0.1, 0.25, 0.5, 1.0), (0.0, 1.0, 2.0)))
@@ -170,3 +232,29 @@ def worst_trials(tried: Sequence[Trial]) -> list[dict[str, Any]]:
         }
         for trial in failed[:WORST]
     ]
+
+
+# --- file of knowledge ---
+
+DIGITS = 4  # of stored numbers
+
+
+def write(knowledge: Knowledge, facts: Mapping[str, Any], path: Path = PACKAGED) -> None:
+    """Write knowledge, and facts on how it was computed, to a file."""
+    content = {
+        "code": knowledge.code,
+        **facts,
+        "rule": asdict(knowledge.rule),
+        "held": asdict(knowledge.held),
+    }
+    scenes = [json.dumps(_rounded(asdict(scene)), ensure_ascii=False) for scene in knowledge.scenes]
+    head = json.dumps(content, ensure_ascii=False)[:-1]
+    listed = ",\n".join(scenes)
+    write_text(f'{head},\n"scenes": [\n{listed}\n]}}\n', path)
+
+
+def _rounded(values: Any) -> Any:
+    """Return values with numbers to `DIGITS` digits."""
+    if isinstance(values, Mapping):
+        return {key: _rounded(value) for key, value in values.items()}
+    return float(f"{values:.{DIGITS}g}") if isinstance(values, float) else values
