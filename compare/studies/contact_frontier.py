@@ -40,7 +40,7 @@ from femic.contact.specification import ContactProblem
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.refinement import plans, total_seconds
 from femic.reference.run_options import DEFAULT, Level, RunOptions, Solved, Watch
-from femic.results.contact import compute_contact, map_names, require_solvable, to_dataset
+from femic.results.contact import map_names, require_solvable, solve_scene, to_dataset
 from femic.results.friction import compute_with_friction
 from femic.results.ics import solver_seconds
 from femic.results.matrices import discounted
@@ -306,9 +306,9 @@ def solve_contacts(
         case = {"units": "1", "long_name": "coefficient of friction"}
         limits = ["limit"]
     else:
-        results = compute_contact(scene, options, own)
-        grids = tuple(dict.fromkeys(contact.on_grid.grid for contact in results.solved.contacts.values()))
-        dataset, limits = to_dataset(results), []
+        solved = solve_scene(scene, options, own)
+        grids = tuple(dict.fromkeys(contact.on_grid.grid for contact in solved.contacts.values()))
+        dataset, limits = to_dataset(scene, solved), []
         case = dataset.case.attrs
     estimated = [str(name) for name in dataset.data_vars if str(name).startswith(ESTIMATE)]
     kept = [

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from compare.pages.contact import write_contact
-from femic.results.contact import case_names, compute_contact, padded, pressures, to_dataset
+from femic.results.contact import case_names, compute_contact, padded, pressures
 from femic.scenes.errors import BadScene
 from femic.scenes.load import scene_from_table
 from geometries.errors import Failure
@@ -35,12 +35,12 @@ CORNERS = [(x, s) for x in (-50.0, 50.0) for s in (-9.0, 9.0)]
 
 def test_loads_that_hardly_differ_are_separate_cases(tmp_path):
     """One that is given twice is refused: cases are known by their loads."""
-    results = compute_contact(scene(loads=[2000.0001, 2e3], elements=8, ics=["A"]))
-    dataset = to_dataset(results)
+    given = scene(loads=[2000.0001, 2e3], elements=8, ics=["A"])
+    dataset = compute_contact(given)
     assert list(dataset.case.values) == [2000.0001, 2e3]
     assert dataset.case.attrs == {"units": "N", "long_name": "prescribed load"}
     assert case_names(dataset) == ["2000.0001 N", "2000 N"]
-    assert write_contact(results, tmp_path).is_file()
+    assert write_contact(given, dataset, tmp_path).is_file()
     for key, same in (("loads", [5.0, 5.0]), ("approaches", [0.1, 0.1 * (1 + 1e-14)])):
         with pytest.raises(BadScene, match=rf"contact\.{key} = .*: .* given twice: name each once"):
             scene(**{key: same})
@@ -86,8 +86,8 @@ def test_gaps_that_raise_a_surface_too_far_are_refused(tmp_path):
 
 def sideways(upper_radius=10.3, **contact):
     """Numbers of a contact by B-hat."""
-    results = compute_contact(scene(upper_radius, loads=[2e4], elements=12, **contact))
-    return to_dataset(results).sel(ics="Bhat").isel(case=0)
+    dataset = compute_contact(scene(upper_radius, loads=[2e4], elements=12, **contact))
+    return dataset.sel(ics="Bhat").isel(case=0)
 
 
 def test_lateral_force_beyond_the_steepest_flank_is_refused():

@@ -16,28 +16,34 @@ from compare.pages.contact_numbers import (
 from compare.report.tables import with_estimate
 from femic.contact.motions.none import mapped, sensitivities
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
-from femic.results.contact import compute_contact, pressures, to_dataset
+from femic.results.contact import pressures, solve_scene, to_dataset
 from femic.scenes.load import load_scene, scene_from_table
 from tests.compare.pages import read_chart, read_traces, require_room
 from tests.femic.scenes.changes import arc
 
 
+def loaded_scene(name, loads):
+    return load_scene(name, {"contact": {"ics": ["A", "Bhat"], "elements": 12, "loads": loads}})
+
+
+TALL = loaded_scene("tall", [58e3, 310e3])
+
+
 @pytest.fixture(scope="module")
 def results():
     """Both built-in pairs by A and B-hat, at two loads each."""
-    loads = {"wide": [660e3, 5300e3], "tall": [58e3, 310e3]}
-    return {
-        name: compute_contact(
-            load_scene(name, {"contact": {"ics": ["A", "Bhat"], "elements": 12, "loads": of_scene}})
-        )
-        for name, of_scene in loads.items()
-    }
+    return {"wide": solve_scene(loaded_scene("wide", [660e3, 5300e3])), "tall": solve_scene(TALL)}
 
 
-def test_the_file_has_pressures_that_carry_the_loads(results, tmp_path):
-    write_contact(results["tall"], tmp_path)
+@pytest.fixture(scope="module")
+def dataset(results):
+    return to_dataset(TALL, results["tall"])
+
+
+def test_the_file_has_pressures_that_carry_the_loads(results, dataset, tmp_path):
+    write_contact(TALL, dataset, tmp_path)
     written = xr.open_dataset(tmp_path / "contact.nc")
-    solved = results["tall"].solved
+    solved = results["tall"]
     for number, load in enumerate([58e3, 310e3]):
         case = written.sel(case=load)
         area = float(np.diff(case.x)[0] * np.diff(case.s)[0])
@@ -56,23 +62,20 @@ def test_the_file_has_pressures_that_carry_the_loads(results, tmp_path):
     assert (tmp_path / "contact.html").stat().st_size > 1e5
 
 
-def test_summary_states_pressure_and_patch(results):
-    dataset = to_dataset(results["tall"])
+def test_summary_states_pressure_and_patch(dataset):
     largest = dataset.isel(case=1).sel(ics="Bhat")
     text = answer_sentence(dataset, "Bhat")
     assert text.startswith(f"At 310 kN the largest pressure is {float(largest.p_max):.0f} ± ")
     assert f"2a × 2b = {2 * float(largest.a):.3g} × {2 * float(largest.b):.3g} mm" in text
 
 
-def test_finite_strains_follow_their_rule(results):
+def test_finite_strains_follow_their_rule(dataset):
     """By the rule, 1.3 p_max / E of it; every case and all ICs have their own in the file."""
-    dataset = to_dataset(results["tall"])
     np.testing.assert_allclose(dataset.finite_strain_p_max, 1.3 * dataset.p_max**2 / 210e3)
 
 
-def test_verdicts_depend_on_the_case(results):
+def test_verdicts_depend_on_the_case(dataset):
     """0 % and 30 % off; 5 % are the limit."""
-    dataset = to_dataset(results["tall"])
     moved = dataset.assign(p_max=dataset.p_max.copy(data=[[1.0, 1.0], [1.3, 1.0]]))
     moved["estimate_p_max"] = 0.001 * moved.p_max
     verdicts = [row.filled[-1].below for row in answer_table(moved, "Bhat", ["A"]).rows]
@@ -84,8 +87,7 @@ def numbers_of(row):
     return [float(cell.text.split(" ± ")[0]) for cell in row.filled]
 
 
-def test_the_answer_has_a_row_per_load_with_differences_beside_it(results):
-    dataset = to_dataset(results["tall"])
+def test_the_answer_has_a_row_per_load_with_differences_beside_it(dataset):
     table = answer_table(dataset, "Bhat", ["A"])
     assert [row.name.replace(NO_BREAK, " ") for row in table.rows] == ["58 kN", "310 kN"]
     for number, row in enumerate(table.rows):
@@ -99,8 +101,8 @@ def test_the_answer_has_a_row_per_load_with_differences_beside_it(results):
         assert difference == pytest.approx(100 * (ratio - 1), abs=0.051)
 
 
-def test_the_answer_of_a_single_load_has_a_row_for_each_of_the_ics(results):
-    dataset = to_dataset(results["tall"]).isel(case=[1])
+def test_the_answer_of_a_single_load_has_a_row_for_each_of_the_ics(dataset):
+    dataset = dataset.isel(case=[1])
     bhat, a = answer_table(dataset, "Bhat", ["A"]).rows
     assert (bhat.name, a.name) == ("B̂", "A")
     assert all(cell.below == "" for cell in bhat.filled)
@@ -108,8 +110,8 @@ def test_the_answer_of_a_single_load_has_a_row_for_each_of_the_ics(results):
     assert a.filled[0].below == f"{ratio - 1:+.2%}"
 
 
-def test_all_numbers_are_in_a_table_with_a_row_per_quantity(results):
-    case = to_dataset(results["tall"]).isel(case=1)
+def test_all_numbers_are_in_a_table_with_a_row_per_quantity(dataset):
+    case = dataset.isel(case=1)
     solutions = {"B̂": case.sel(ics="Bhat"), "A": case.sel(ics="A")}
     table = numbers_table("t", OF_FRICTIONLESS, solutions, solutions["B̂"])
     rows = {row.name: row.filled for row in table.rows}
@@ -125,8 +127,7 @@ def traces(content, step, cell):
     return read_traces(content["steps"][step][cell])
 
 
-def test_charts_have_pressures_in_mpa_and_numbers_of_the_dataset(results):
-    dataset = to_dataset(results["tall"])
+def test_charts_have_pressures_in_mpa_and_numbers_of_the_dataset(dataset):
     content = read_chart(figures.answer_chart(dataset))
     assert (content["labels"], content["slider"], content["start"]) == (["58 kN", "310 kN"], "load", 1)
     angle = dataset.angle.sel(ics="Bhat").values
@@ -147,14 +148,13 @@ def test_charts_have_pressures_in_mpa_and_numbers_of_the_dataset(results):
             np.testing.assert_allclose(drawn[5][symbol]["y"], 100 * (ratio - 1), rtol=1e-5)
 
 
-def test_charts_begin_with_the_largest_load(results):
-    both = to_dataset(results["tall"]).isel(case=[1, 0])
+def test_charts_begin_with_the_largest_load(dataset):
+    both = dataset.isel(case=[1, 0])
     assert figures.answer_chart(both).first == 0
 
 
-def test_pressures_on_the_rail_lie_on_it_and_rise_with_the_pressure(results):
-    dataset = to_dataset(results["tall"])
-    lower = next(iter(results["tall"].solved.contacts.values())).on_grid.undeformed.lower
+def test_pressures_on_the_rail_lie_on_it_and_rise_with_the_pressure(dataset):
+    lower = TALL.bodies["lower"].surface
     chart = figures.on_rail(dataset, lower)
     assert chart.choice == "ICs"
     for step, cells in enumerate(chart.steps.values()):
@@ -181,8 +181,7 @@ def test_edges_go_around_the_patch_between_elements_inside_and_outside():
     assert len(figures.edge(x, s, inside)[0]) > len(along_x)
 
 
-def test_patches_have_maps_of_the_reference_and_of_differences_with_common_colours(results):
-    dataset = to_dataset(results["tall"])
+def test_patches_have_maps_of_the_reference_and_of_differences_with_common_colours(dataset):
     for step, cells in enumerate(figures.patches(dataset).steps.values()):
         reference, difference = cells
         p = dataset.p[step]
@@ -193,8 +192,8 @@ def test_patches_have_maps_of_the_reference_and_of_differences_with_common_colou
 
 
 @pytest.mark.slow
-def test_nothing_is_wider_than_the_window(results, browser, tmp_path):
-    require_room(browser, write_contact(results["tall"], tmp_path))
+def test_nothing_is_wider_than_the_window(results, dataset, browser, tmp_path):
+    require_room(browser, write_contact(TALL, dataset, tmp_path))
     require_room(browser, write_sensitivity(results, tmp_path / "maps"))
 
 
@@ -267,27 +266,25 @@ def test_contacts_of_any_shape_have_a_page_and_lengths_above_0(name, tmp_path):
         "elements": 12,
         "extra_gap": str(tmp_path / "gap.txt"),
     }
-    results = compute_contact(
-        scene_from_table(
-            {
-                "lower": body | arc(60.0, 10.0),
-                "upper": body | arc(60.0, 10.2) | {"rolling_radius": 300.0},
-                "contact": of_contact,
-            },
-            name,
-        )
+    scene = scene_from_table(
+        {
+            "lower": body | arc(60.0, 10.0),
+            "upper": body | arc(60.0, 10.2) | {"rolling_radius": 300.0},
+            "contact": of_contact,
+        },
+        name,
     )
-    assert write_contact(results, tmp_path).stat().st_size > 1e5
-    dataset = to_dataset(results)
+    solved = solve_scene(scene)
+    dataset = to_dataset(scene, solved)
+    assert write_contact(scene, dataset, tmp_path).stat().st_size > 1e5
     for length in ("a", "b", "aspect", "area"):
         assert np.all(dataset[length] > 0), length
-    patches = [len(contact.normal.patches) for contact in results.solved.contacts.values()]
+    patches = [len(contact.normal.patches) for contact in solved.contacts.values()]
     assert patches == ([1, 1] if name == "a spot that is raised" else [2, 2])
 
 
-def test_a_number_of_the_reference_that_is_0_has_differences_in_its_unit(results):
+def test_a_number_of_the_reference_that_is_0_has_differences_in_its_unit(dataset):
     """As the approach over a raised spot may be."""
-    dataset = to_dataset(results["tall"])
     at_0 = dataset.assign(approach=dataset.approach.where(dataset.ics != "Bhat", 0.0))
     cell = answer_table(at_0.isel(case=[0]), "Bhat", ["A"]).rows[1].filled[3]
     assert cell.below == f"{float(at_0.approach.sel(ics='A')[0]):+.3g}"

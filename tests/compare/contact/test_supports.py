@@ -16,7 +16,7 @@ from femic.contact.supports import (
     flatter_problem,
     with_flatter_flanks,
 )
-from femic.results.contact import compute_contact, to_dataset, with_supports
+from femic.results.contact import solve_scene, to_dataset, with_supports
 from geometries.contours import arc, ellipse, through_points
 from geometries.patches import N
 from tests.compare.contact.test_contact import scene
@@ -59,10 +59,11 @@ def in_place_of_c(monkeypatch):
 @pytest.mark.usefixtures("in_place_of_c")
 def test_c_with_flatter_flanks_is_solved_where_the_contact_is_not_symmetric():
     for shift, names in ((0.0, [NEARER]), (0.05, [NEARER, FLATTER])):
-        results = compute_contact(scene(10.3, loads=[1e3, 5e3], elements=8, ics=["C"], shift=shift))
-        changes = changed_supports(results.solved)
+        given = scene(10.3, loads=[1e3, 5e3], elements=8, ics=["C"], shift=shift)
+        solved = solve_scene(given)
+        changes = changed_supports(solved)
         assert list(changes) == names
-        dataset = with_supports(to_dataset(results), changes)
+        dataset = with_supports(to_dataset(given, solved), changes)
         assert list(dataset.supports.values) == names
         assert {f"supported_{name}" for name in OF_FRICTIONLESS} <= {*dataset.data_vars}
         largest = dataset.isel(case=int(dataset.attrs["supported_case"])).sel(ics="C")
@@ -73,9 +74,10 @@ def test_c_with_flatter_flanks_is_solved_where_the_contact_is_not_symmetric():
 @pytest.mark.usefixtures("in_place_of_c")
 def test_other_supports_are_left_out_without_c_or_if_the_scene_excludes_them():
     for keys in ({"ics": ["Bhat"]}, {"ics": ["C"], "supports": False}):
-        results = compute_contact(scene(10.3, loads=[1e3], elements=8, **keys))
-        assert changed_supports(results.solved) == {}
-        assert "supports" not in with_supports(to_dataset(results), {}).coords
+        given = scene(10.3, loads=[1e3], elements=8, **keys)
+        solved = solve_scene(given)
+        assert changed_supports(solved) == {}
+        assert "supports" not in with_supports(to_dataset(given, solved), {}).coords
 
 
 def test_contours_through_points_have_no_flatter_flanks():

@@ -11,7 +11,7 @@ from femic.contact.normal import NormalProblem, solve
 from femic.contact.operators.dense import GridOperator
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.reference.run_options import RunOptions
-from femic.results.contact import compute_contact
+from femic.results.contact import solve_scene
 from femic.results.contact_file import read
 from femic.scenes.load import load_scene
 from geometries.patches import N
@@ -55,8 +55,8 @@ def by_file(path, folder, ics, grid=None):
 def test_contact_computed_from_file_agrees_with_program_beside_crown(ics, tmp_path):
     path = tmp_path / "shifted.toml"
     path.write_text(TEXT.replace("ICS", ics).replace("FLANK", "flank_inclination_deg = 40"), encoding="utf-8")
-    results = compute_contact(load_scene(str(path)), RunOptions(2, Store(tmp_path / "store")))
-    own = results.solved.contacts[results.solved.loadings[0], ics].contact
+    results = solve_scene(load_scene(str(path)), RunOptions(2, Store(tmp_path / "store")))
+    own = results.contacts[results.loadings[0], ics].contact
     contact, lateral = by_file(path, tmp_path, ics)
     np.testing.assert_allclose(contact.p, own.normal.p, atol=1e-5 * own.normal.p.max())
     assert contact.approach == pytest.approx(own.normal.approach, rel=1e-6)
@@ -76,8 +76,8 @@ def shifted_scene(folder, grid=""):
 
 def test_the_grid_is_that_of_the_contact_and_the_distances_are_its_own(tmp_path, capsys):
     path = shifted_scene(tmp_path)
-    results = compute_contact(load_scene(str(path)), RunOptions(1, Store(tmp_path / "store")))
-    own = results.solved.contacts[results.solved.loadings[0], "Bhat"].contact
+    results = solve_scene(load_scene(str(path)), RunOptions(1, Store(tmp_path / "store")))
+    own = results.contacts[results.loadings[0], "Bhat"].contact
     grid, approach = own.on_grid.grid, own.normal.approach
     contact, lateral = by_file(path, tmp_path, "Bhat", grid)
     np.testing.assert_allclose(contact.p, own.normal.p, atol=1e-5 * own.normal.p.max())

@@ -9,7 +9,7 @@ import xarray as xr
 import femic
 from femic.contact.operators.dense import Asymmetry
 from femic.contact.pairs.ics import ReferenceICs, normal_operator
-from femic.results.contact import compute_contact, to_dataset
+from femic.results.contact import compute_contact
 from femic.results.friction import compute_with_friction
 
 STEEL = femic.Material(E=210e3, nu=0.3)
@@ -61,7 +61,7 @@ SPECIFIED = {  # the keys of the table [contact]
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_a_pair_is_the_problem_of_its_scene(motion, monkeypatch):
     solved = []
-    for name in ("compute_contact", "compute_with_friction", "to_dataset"):
+    for name in ("compute_contact", "compute_with_friction"):
         monkeypatch.setattr(f"femic.interface.contact.{name}", lambda *given: solved.append(given[0]))
     femic.solve_contact(PAIR, MOTIONS[motion], ["A", "Bhat"], SETUP)
     ours, theirs = solved[0], scene(motion=motion, ics=["A", "Bhat"], **SPECIFIED[motion])
@@ -74,7 +74,7 @@ def test_a_pair_is_the_problem_of_its_scene(motion, monkeypatch):
 
 def test_contact_of_a_pair_equals_that_of_its_scene():
     ours = femic.solve_contact(PAIR, MOTIONS["none"], ["A", "Bhat"], SETUP)
-    same(ours, to_dataset(compute_contact(scene(ics=["A", "Bhat"]))))
+    same(ours, compute_contact(scene(ics=["A", "Bhat"])))
     assert ours.p_max.attrs["units"] == "MPa"
     np.testing.assert_allclose(ours["load"], LOAD, rtol=1e-6)
 

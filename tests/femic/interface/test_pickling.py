@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import femic
-from femic.results.contact import compute_contact, to_dataset
+from femic.results.contact import compute_contact
 from femic.results.ics import approximation, scene_points
 from femic.scenes.load import builtin_names
 
@@ -88,7 +88,7 @@ def test_a_pickled_scene_has_the_same_contact():
     changes = {"contact": {"loads": [9e4], "ics": ["A"], "elements": 8}}
     scene = femic.load_scene("s1002-on-60e1", changes)
     ours, theirs = (
-        to_dataset(compute_contact(each)).drop_vars("seconds") for each in (scene, pickled(scene))
+        compute_contact(each).drop_vars("seconds") for each in (scene, pickled(scene))
     )
     xr.testing.assert_equal(ours, theirs)
 
