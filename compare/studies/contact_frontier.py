@@ -392,7 +392,7 @@ def error_variables(
     names = sorted({prefix + want.number for want in wants for prefix in ("", ESTIMATE)})
     ways = xr.DataArray(list(solutions), dims="way", name="way")
     stacked = xr.concat([solution[names] for solution in solutions.values()], ways)
-    of_reference, others = solutions[reference], stacked.way != reference
+    exact, others = solutions[reference], stacked.way != reference
 
     def over_points(values: xr.DataArray, how: str) -> xr.DataArray:
         return getattr(values, how)("point") if "point" in values.dims else values
@@ -400,9 +400,9 @@ def error_variables(
     parts = []
     for want in wants:
         number, estimate = want.number, ESTIMATE + want.number
-        scale = error_scale(want, of_reference)
-        own = of_reference[estimate] / scale
-        away = abs(stacked[number] - of_reference[number]) / scale
+        scale = error_scale(want, exact)
+        own = exact[estimate] / scale
+        away = abs(stacked[number] - exact[number]) / scale
         judged = own.notnull() & (own < np.inf)
         shares = {
             "error": away.where(others, own),
@@ -416,7 +416,7 @@ def error_variables(
             for name, share in shares.items()
         }
         part["judged"] = over_points(judged.astype(int), "sum")
-        part["points"] = over_points(of_reference[number].notnull().astype(int), "sum")
+        part["points"] = over_points(exact[number].notnull().astype(int), "sum")
         parts.append(part)
     numbers = xr.DataArray([want.name for want in wants], dims="number", name="number")
     joined = {name: xr.concat([part[name] for part in parts], numbers) for name in parts[0]}

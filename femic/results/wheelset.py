@@ -148,15 +148,15 @@ def require_track(specification: ShiftsFile) -> None:
     Rails of the package lie as in their standard; what is assumed of a wheel is said (`assumed_text`).
     """
     profiles = specification.profiles.items()
-    of_files = [name for name, table in profiles if "rail" in name and not table.is_standard]
+    rail_files = [name for name, table in profiles if "rail" in name and not table.is_standard]
     missing = [
         f"{table}.{key} = {value_text(getattr(getattr(specification, table), key))}"
         for table, key in NEEDED
         if key not in getattr(specification, table).model_fields_set
     ]
-    if of_files and missing:
+    if rail_files and missing:
         raise WrongInput(
-            f"{of_files[0]}.profile is a file, and the specification does not say on which track it "
+            f"{rail_files[0]}.profile is a file, and the specification does not say on which track it "
             f"runs: give {', '.join(missing)}, or what they are there (rail_inclination = 0 where the "
             "points of the rail are inclined already)"
         )

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from compare.pages import shift_figures as figures
-from compare.pages import shift_tables as tables
 from compare.pages import shifts as page
 from compare.pages.shift_figures import F_X, F_Y, WORK, difference, reference_names
 from femic.cache.store import Store
@@ -96,7 +95,7 @@ def test_differences_of_forces_are_shares_of_friction_times_load(dataset):
 
 
 def test_the_answer_table_has_a_row_per_quantity(dataset):
-    rows = read_texts(tables.answer_table(dataset))
+    rows = read_texts(page.answer_table(dataset))
     assert rows["A: F_x [kN]"] == [
         "-2 to 0 mm",
         "all shifts",

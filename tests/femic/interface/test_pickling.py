@@ -87,9 +87,7 @@ def test_scenes_give_the_same_ics_by_the_same_engine_after_pickling(name):
 def test_a_pickled_scene_has_the_same_contact():
     changes = {"contact": {"loads": [9e4], "ics": ["A"], "elements": 8}}
     scene = femic.load_scene("s1002-on-60e1", changes)
-    ours, theirs = (
-        compute_contact(each).drop_vars("seconds") for each in (scene, pickled(scene))
-    )
+    ours, theirs = (compute_contact(each).drop_vars("seconds") for each in (scene, pickled(scene)))
     xr.testing.assert_equal(ours, theirs)
 
 
