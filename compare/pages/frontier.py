@@ -10,14 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from matplotlib.colors import to_hex
 from rich.table import Table as Printed
 
 from compare.report.charts import Chart, Curve, Panel
 from compare.report.errors import COMPONENTS, MEASURE, VANISHING, colour, percent
-from compare.report.looks import ENGINE_MARKS, INK, OTHER_ENGINE_MARK, Look, ics_looks, ics_symbol
+from compare.report.looks import ENGINE_LOOKS, OTHER_ENGINE, Look, ics_looks, ics_symbol
 from compare.report.parts import Folded, Items, Note, Page, Section, Verbatim, join_words, write_results
-from compare.report.static import MARKERS
 from compare.report.tables import Cell, Column, Row, Table, numbers, texts, with_estimate
 from compare.studies.contact_frontier import STAGES
 from compare.studies.frontier import Advice, by_number, case_text, cheapest, front, worst
@@ -345,10 +343,8 @@ def _points(errors: xr.Dataset) -> Iterator[Curve]:
         ways = errors.isel(way=np.flatnonzero(chosen)).sortby("seconds")
         label, look, names = ics_symbol(ics), replace(looks[ics], dash=""), list[str]()
         if kind in ENGINES:
-            colour, code = ENGINE_MARKS.get(kind, OTHER_ENGINE_MARK)
-            marker = {code: name for name, code in MARKERS.items()}.get(code, "circle")
-            look = Look(INK if colour == "black" else to_hex(colour), "", marker)
-            label, names = f"C, {kind}", _point_names(ways, kind)
+            look, label = ENGINE_LOOKS.get(kind, OTHER_ENGINE), f"C, {kind}"
+            names = _point_names(ways, kind)
         error, bound, floor = (_drawn(ways[key]) for key in ("error", "bound", "floor"))
         bars = np.maximum(np.stack([np.minimum(floor, error - floor), bound - error]), 0)
         notes = [

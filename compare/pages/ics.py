@@ -12,10 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
-from numpy.typing import ArrayLike
 
-from compare.report import static
 from compare.report.charts import Chart, Curve, Panel, mark_points, simple_chart
 from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, VANISHING, component_cell, error_row
 from compare.report.looks import Look, drawing_order, ics_looks, ics_symbol
@@ -411,20 +408,6 @@ def component_chart(ics: xr.Dataset, component: str) -> Chart:
     return simple_chart(
         "curves", [replace(panel, across=panel.across + length) for panel in panels], len(lines)
     )
-
-
-def draw_curve(axes: Axes, at: ArrayLike, curve: xr.Dataset) -> None:
-    """Draw one component on one line, dimensionless: C with its error band, and every approximation.
-
-    `curve` is a part of the dataset of `femic.results.ics_dataset` with the dims variant and point, drawn
-    against the abscissas `at`.
-    """
-    names = [name for name in ("ic", *ESTIMATES.values()) if name in curve]
-    part = (curve[names] * curve.reference_E * curve.reference_length).assign_coords(
-        at=("point", np.asarray(at))
-    )
-    part = part.assign_attrs(across="", up="", least=INVISIBLE)
-    static.draw_panel(axes, _panel("", {"": part}, _looks({"": curve})))
 
 
 def along_line(ics: xr.Dataset, line: str, body: str, component: str, dimensionless: bool) -> xr.Dataset:
