@@ -52,7 +52,7 @@ def page(title: str, scenes: Scenes, details: Iterable[Section | Folded]) -> Pag
     """Return the page of scenes: the largest errors, curves, and on request errors by line and details."""
     ics = next(iter(scenes.values())).ics
     worst = {name: worst_errors(scene.errors, main_body(ics.body.values)) for name, scene in scenes.items()}
-    answer = error_table("error", worst, components_in(ics), drawn_variants(scenes))
+    answer = error_table("error", worst, components_in(ics), drawn_variants(ics, several=len(scenes) > 1))
     return Page(title, summary(scenes), _sections(scenes, details), answer)
 
 
@@ -60,12 +60,11 @@ def summary(scenes: Scenes) -> str:
     """Return the largest errors of nn, or else of the first component, and the estimate of C, by scene."""
     ics = next(iter(scenes.values())).ics
     body, component = main_body(ics.body.values), _first_component(components_in(ics))
+    variants = drawn_variants(ics, several=len(scenes) > 1)
     texts_of_scenes = []
     for name, scene in scenes.items():
         worst = worst_errors(scene.errors, body).sel(i=component[0], j=component[1])
-        cells = {
-            v: component_cell(worst.sel(variant=v), is_estimate=v == "C") for v in drawn_variants(scenes)
-        }
+        cells = {v: component_cell(worst.sel(variant=v), is_estimate=v == "C") for v in variants}
         errors = ", ".join(f"{row_name(v)} {cell.text}" for v, cell in cells.items() if cell.text != "–")
         texts_of_scenes.append(f"{name}: {errors}" if len(scenes) > 1 else errors)
     return f"{body.capitalize()} C_{component}, largest differences from C: {'; '.join(texts_of_scenes)}."
@@ -442,12 +441,11 @@ def is_mirrored(ics: xr.Dataset, line: str) -> bool:
     return np.allclose(s, -s[::-1]) and bool(asymmetry <= MIRRORED * np.nanmax(sizes))
 
 
-def drawn_variants(scenes: Mapping[str, SceneICs | xr.Dataset]) -> list[str]:
+def drawn_variants(ics: xr.Dataset, *, several: bool) -> list[str]:
     """Return the variants of a scene; of several those of `OVERLAID_VARIANTS`, if there are any, and C."""
-    one = next(iter(scenes.values()))
-    names = [str(name) for name in (one.ics if isinstance(one, SceneICs) else one).variant.values]
+    names = [str(name) for name in ics.variant.values]
     overlaid = [name for name in names if name in OVERLAID_VARIANTS]
-    return [*overlaid, "C"] if overlaid and len(scenes) > 1 else names
+    return [*overlaid, "C"] if overlaid and several else names
 
 
 def _looks(scenes: Mapping[str, xr.Dataset]) -> dict[tuple[str, str], Look]:
@@ -455,7 +453,7 @@ def _looks(scenes: Mapping[str, xr.Dataset]) -> dict[tuple[str, str], Look]:
 
     Variants have colours; of several scenes, these have dashes, and wide lines lie behind narrow ones.
     """
-    variants = drawn_variants(scenes)
+    variants = drawn_variants(next(iter(scenes.values())), several=len(scenes) > 1)
     looks = ics_looks(variants)
     if len(scenes) == 1:
         return {(variant, name): looks[variant] for name in scenes for variant in drawing_order(variants)}
