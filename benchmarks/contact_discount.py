@@ -11,7 +11,7 @@ import sys
 from tables import print_table
 
 from femic.reference.run_options import RunOptions
-from femic.results.contact import compute_contact
+from femic.results.contact import solve_scene
 from femic.scenes.load import load_scene
 
 APPROACHES = (0.01, 0.015, 0.02)  # mm
@@ -21,7 +21,7 @@ def loads(discount: str, ics: list[str], approaches: list[float]) -> dict[tuple[
     """Return the loads [N] by ICs and approach, with C after a discount."""
     contact = {"approaches": approaches, "ics": ics, "supports": False}
     changes = {"engine": {"check": False}, "discount": discount, "contact": contact}
-    contacts = compute_contact(load_scene("geometry2", changes), RunOptions(2)).solved.contacts
+    contacts = solve_scene(load_scene("geometry2", changes), RunOptions(2)).contacts
     return {(name, loading.approach): solved.normal.load for (loading, name), solved in contacts.items()}
 
 

@@ -23,8 +23,8 @@ from approx.pair import Solid
 from femic.cache.store import Store
 from femic.ic_errors.error_measure import Measure, far_from
 from femic.reference.run_options import RunOptions
-from femic.results.calibration import calibrate, fit_target
-from femic.results.ics import Results, reference_ics
+from femic.results.calibration import extended, fit_target
+from femic.results.ics import Results, compute, reference_ics
 from femic.scenes.load import load_scene
 from geometries.arrays import Array
 from geometries.materials import Material
@@ -57,9 +57,8 @@ def fitted(name: str, tolerance: float, store: Store) -> tuple[Results, dict[tup
     """Return C of a scene's bodies, and effective properties of each for every set of components."""
     calibration = {"bodies": list(BODIES), "properties": ["mismatch_k"], "components": COMPONENTS}
     engine = {"tolerance": tolerance, "check": False}
-    results = calibrate(
-        load_scene(name, {"calibration": calibration, "engine": engine}), RunOptions(store=store)
-    ).results
+    scene = load_scene(name, {"calibration": calibration, "engine": engine})
+    results = compute(extended(scene), RunOptions(store=store))
     fits = {}
     for components, properties in SETS.items():
         calibration = replace(results.scene.calibration, components=components)

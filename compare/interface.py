@@ -59,7 +59,7 @@ def plot_contact(contact: xr.Dataset) -> Figure:
 @with_checked_arguments
 def plot_profile(profile: Profile) -> Figure:
     """Draw how a profile was understood: section [mm], residual [µm], inclination [degrees], curvature."""
-    return _for_notebooks(all_panels(profile.understood))
+    return _for_notebooks(all_panels(profile.data))
 
 
 def _for_notebooks(chart: Chart) -> Figure:

@@ -18,7 +18,6 @@ from cyclopts import run
 from matplotlib.figure import Figure
 
 import femic
-from compare.pages.ics import draw_curve
 
 STEEL = femic.Material(E=210e3, nu=0.28)
 PATCH = femic.Patch(a=0.5, b=0.5, s=3.0)
@@ -63,6 +62,7 @@ def draw(rail: femic.Body, ics: xr.Dataset) -> Figure:
     figure = Figure(figsize=(9, 5.6), layout="constrained")
     panels = figure.subplot_mosaic([["section", "section"], ["n", "s"]], height_ratios=[1, 2.4])
     contour, L = rail.contour.contour(), ics.reference_length
+    scale = STEEL.E * L  # makes ICs dimensionless
     patch = PATCH.s + PATCH.b * np.array([-1, 1])
     section = panels.pop("section")
     section.plot(*contour.position(np.linspace(*contour.limits, 400)), "k-", label="lower body")
@@ -71,7 +71,11 @@ def draw(rail: femic.Body, ics: xr.Dataset) -> Figure:
     section.legend(loc="lower center", ncols=2)
     for i, axes in panels.items():
         axes.axvspan(*patch / L, color="C3", alpha=0.15)
-        draw_curve(axes, ics.s / L, ics.sel(i=i))
+        part = scale * ics[["ic", "estimate"]].sel(i=i)
+        c = part.ic.sel(variant="C")
+        axes.fill_between(ics.s / L, c - part.estimate, c + part.estimate, color="k", alpha=0.2)
+        for name, style in zip(VARIANTS, ("C0--", "C1-", "C2--", "k-"), strict=True):
+            axes.plot(ics.s / L, part.ic.sel(variant=name), style, label=name)
         axes.set(title=f"{i}n on x = 1.6 mm", xlabel=f"s / L  [-],  L = {L:g} mm", ylabel="IC · E · L  [-]")
     panels["n"].legend()
     return figure

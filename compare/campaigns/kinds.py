@@ -25,7 +25,7 @@ from femic.reference.matrix.job import MatrixJob
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.results import ics_dataset
 from femic.results.calibration import calibrate, dimensionless_factor, extended, require_calibration
-from femic.results.contact import compute_contact, require_solvable, to_dataset
+from femic.results.contact import compute_contact, require_solvable
 from femic.results.damage import OF_DAMAGE
 from femic.results.friction import compute_with_friction
 from femic.results.ics import Results, compute, ics_measure, jobs, reference_ics, solver_seconds
@@ -269,7 +269,7 @@ def contact(scene: Scene, options: RunOptions) -> xr.Dataset:
     friction, ICs and the dimension of the motion.
     """
     if scene.contact.friction is None:
-        solved = to_dataset(compute_contact(scene, options, maps_of_scene(scene)))
+        solved = compute_contact(scene, options, maps_of_scene(scene))
         return solved[[f"{prefix}{name}" for prefix in ("", "estimate_") for name in OF_FRICTIONLESS]]
     solved = compute_with_friction(scene, options)
     solved = solved.rename({name: name + END_OF_CURVE for name in DISTANCES if name in solved})

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import cycle, product
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import tomlkit
@@ -21,10 +20,9 @@ from compare.report.looks import FURTHER, Look, ics_looks, ics_symbol, without_m
 from compare.report.parts import Block, Folded, Note, Page, Section, Verbatim, write_page
 from compare.report.tables import Row, Table, numbers, texts, with_estimate
 from femic.cache.files import write_dataset, write_text
-from femic.results import ics_dataset
 from femic.results.calibration import (
     REPORTED_COMPONENTS,
-    Calibrated,
+    FittedScene,
     properties_table,
     to_dataset,
     with_properties,
@@ -60,41 +58,18 @@ OTHER_C = (
 )
 
 
-class FitErrors(NamedTuple):
-    """A calibrated scene, its ICs, and their errors on the lines of the scene, the worst over lines."""
-
-    calibrated: Calibrated
-    ics: xr.Dataset
-    errors: xr.Dataset
-
-    @property
-    def name(self) -> str:
-        """The name of the scene."""
-        return self.calibrated.scene.name
-
-    @property
-    def components(self) -> list[str]:
-        """The fitted components, then the others that every report shows."""
-        return list(dict.fromkeys((*self.calibrated.scene.calibration.components, *REPORTED_COMPONENTS)))
-
-    def change(self, body: str, component: str) -> tuple[float, float]:
-        """Return the errors of a component without and with the fit [-]."""
-        at = self.errors.error.sel(body=body, i=component[0], j=component[1])
-        without, with_fit = (at.sel(variant=name).item() for name in COMPARED)
-        return without, with_fit
+def shown_components(calibrated: FittedScene) -> list[str]:
+    """Return the fitted components, then the others that every report shows."""
+    return list(dict.fromkeys((*calibrated.scene.calibration.components, *REPORTED_COMPONENTS)))
 
 
-def measure_errors(calibrated: Calibrated) -> FitErrors:
-    """Measure the errors of a calibrated scene on its own lines, without those of the calibration."""
-    results, own = calibrated.results, [line.name for line in calibrated.scene.lines]
-    on_own = replace(results, scene=calibrated.scene, lines={name: results.lines[name] for name in own})
-    ics = ics_dataset.to_dataset(results)
-    errors = ics_dataset.errors(on_own, ics)[["error", "weight", "vanishes"]]
-    ics = ics.isel(point=np.isin(ics.line.values, own))
-    return FitErrors(calibrated, ics, errors.max("line", skipna=False))
+def errors_without_and_with(calibrated: FittedScene, body: str, component: str) -> list[float]:
+    """Return the errors of a component without and with the fit [-]."""
+    at = calibrated.errors.error.sel(body=body, i=component[0], j=component[1])
+    return [at.sel(variant=name).item() for name in COMPARED]
 
 
-def write_fit(calibrated: Calibrated, folder: Path) -> Path:
+def write_fit(calibrated: FittedScene, folder: Path) -> Path:
     """Write `calibration.nc` and `SCENE_calibrated.toml`, the scene with its fits; returns its path."""
     scene = calibrated.scene
     write_dataset(to_dataset(calibrated), folder / "calibration.nc")
@@ -102,46 +77,45 @@ def write_fit(calibrated: Calibrated, folder: Path) -> Path:
     return write_text(with_properties(scene, effective), folder / f"{scene.name}_calibrated.toml")
 
 
-def write_report(calibrations: Sequence[Calibrated], folder: Path) -> Path:
+def write_report(calibrations: Sequence[FittedScene], folder: Path) -> Path:
     """Write the figures and `calibration.html` of one or more scenes; returns the path of the page."""
     title = "B̂′ calibrated: " + ", ".join(calibrated.scene.name for calibrated in calibrations)
-    measured = [measure_errors(calibrated) for calibrated in calibrations]
-    page = Page(title, summary(measured), _sections(measured), answer_table(measured))
+    page = Page(title, summary(calibrations), _sections(calibrations), answer_table(calibrations))
     return write_page(page, folder / "calibration.html", "calibration")
 
 
-def summary(measured: Sequence[FitErrors]) -> str:
+def summary(calibrations: Sequence[FittedScene]) -> str:
     """Return the errors of the fitted components without and with the fit."""
     changes = ", ".join(
-        f"{one.name}, {body} C_{component} {' → '.join(map(percent, one.change(body, component)))}"
-        for one in measured
-        for body in one.calibrated.fits
-        for component in one.calibrated.scene.calibration.components
+        f"{one.scene.name}, {body} C_{component} "
+        f"{' → '.join(map(percent, errors_without_and_with(one, body, component)))}"
+        for one in calibrations
+        for body in one.fits
+        for component in one.scene.calibration.components
     )
     return f"Largest errors on the lines of the scene with B̂ → with B̂′, of fitted components: {changes}."
 
 
-def _sections(measured: Sequence[FitErrors]) -> Iterator[Section | Folded]:
-    calibrations = [one.calibrated for one in measured]
+def _sections(calibrations: Sequence[FittedScene]) -> Iterator[Section | Folded]:
     curvature = " − curvature term" if calibrations[0].scene.calibration.curvature_apart else ""
     yield Section("", [fits(calibrations), Note(READING.format(curvature))])
-    for one in measured:
-        start = one.calibrated.scene.calibration.components[0]
-        named = replace(chart({one.name: one.ics}), name=f"curves_{one.name}", start=start)
-        block = Section if len(measured) == 1 else Folded
-        yield block(f"ICs of {one.name} on its lines, and their differences from C", [named])
-    tables = [Section(one.name, [_errors_table(one)]) for one in measured]
+    for one in calibrations:
+        name, start = one.scene.name, one.scene.calibration.components[0]
+        named = replace(chart({name: one.ics}), name=f"curves_{name}", start=start)
+        block = Section if len(calibrations) == 1 else Folded
+        yield block(f"ICs of {name} on its lines, and their differences from C", [named])
+    tables = [Section(one.scene.name, [_errors_table(one)]) for one in calibrations]
     note = Note(f"{MEASURE} Rows “C ±”: the estimated error of C itself.")
     yield Folded("Errors on the lines of the scene", [*tables, note])
-    for one in measured:
-        yield Folded(f"Parameters of {one.name}, and its scene", list(_parameters(one.calibrated)))
+    for one in calibrations:
+        yield Folded(f"Parameters of {one.scene.name}, and its scene", list(_parameters(one)))
     if all("combined" in calibrated.fits for calibrated in calibrations):
-        moved = ", ".join(f"{one.name}: {1e6 * translation(one):.3g} µm/kN" for one in measured)
+        moved = ", ".join(f"{one.scene.name}: {1e6 * translation(one):.3g} µm/kN" for one in calibrations)
         text = OTHER_C.format(f" ({moved})")
-        yield Folded("C without curvature, and with another translation", [other_c(measured), text])
+        yield Folded("C without curvature, and with another translation", [other_c(calibrations), text])
 
 
-def _parameters(calibrated: Calibrated) -> Iterator[Block]:
+def _parameters(calibrated: FittedScene) -> Iterator[Block]:
     """Yield how a scene was fitted, and the parameters of each body with the table for scene files."""
     scene, target = calibrated.scene, next(iter(calibrated.targets.values()))
     lines = ", ".join(line.name.removeprefix("fit ") for line in scene.calibration.lines)
@@ -171,16 +145,16 @@ def _value(parameter: Parameter) -> str:
     return with_estimate(parameter.value, parameter.deviation)
 
 
-def answer_table(measured: Sequence[FitErrors]) -> Table:
+def answer_table(calibrations: Sequence[FittedScene]) -> Table:
     """Return what was fitted, and errors without and with it; a row for each property of each body."""
-    components = list(dict.fromkeys(component for one in measured for component in one.components))
+    components = list(dict.fromkeys(component for one in calibrations for component in shown_components(one)))
     rows = []
-    for one in measured:
-        scene, scene_name = one.calibrated.scene, [one.name] if len(measured) > 1 else []
-        for body, name in product(one.calibrated.fits, scene.calibration.properties):
-            body_fit, changes = one.calibrated.fits[body], []
+    for one in calibrations:
+        scene, scene_name = one.scene, [one.scene.name] if len(calibrations) > 1 else []
+        for body, name in product(one.fits, scene.calibration.properties):
+            body_fit, changes = one.fits[body], []
             for component in components:
-                errors = [f"{100 * error:.3g}" for error in one.change(body, component)]
+                errors = [f"{100 * error:.3g}" for error in errors_without_and_with(one, body, component)]
                 vanishes = one.errors.vanishes.sel(body=body, i=component[0], j=component[1]).item()
                 text = f"{' → '.join(errors)}{VANISHING if vanishes else ''}"
                 changes.append(text if component in scene.components else "–")
@@ -193,18 +167,18 @@ def answer_table(measured: Sequence[FitErrors]) -> Table:
     return Table("fit", columns, rows)
 
 
-def _errors_table(one: FitErrors) -> Table:
+def _errors_table(one: FittedScene) -> Table:
     """Return the worst errors on the lines of a scene, a row per body and variant."""
-    scene, rows = one.calibrated.scene, []
+    scene, components, rows = one.scene, shown_components(one), []
     for body in scene.compared:
         name = body  # of the first row
         for variant in (*scene.variants, "C"):
             errors, place = one.errors.sel(body=body, variant=variant), row_name(variant)
-            row = error_row(name, errors, one.components, is_estimate=variant == "C", place=place)
+            row = error_row(name, errors, components, is_estimate=variant == "C", place=place)
             if any(cell.text != "–" for cell in row.filled[1:]):
                 rows.append(row)
                 name = ""
-    return Table("body", [*texts("ICs"), *numbers(*one.components)], rows)
+    return Table("body", [*texts("ICs"), *numbers(*components)], rows)
 
 
 # --- charts ---------------------------------------------------------------------------------------------
@@ -221,7 +195,7 @@ MARKERS = ("circle-open", "square-open", "diamond-open", "triangle-up-open", "he
 MARKED = 20  # most marks of a line
 
 
-def fits(calibrations: Sequence[Calibrated]) -> Chart:
+def fits(calibrations: Sequence[FittedScene]) -> Chart:
     """Return the fitted properties over the distance, and what they leave of C, a step per scene."""
     steps = {}
     for calibrated in calibrations:
@@ -234,7 +208,7 @@ def fits(calibrations: Sequence[Calibrated]) -> Chart:
     return Chart("fits", steps, 2, "scene", 0.95, next(iter(steps)))
 
 
-def _property(calibrated: Calibrated, others: Sequence[Calibrated], body: str, name: str) -> Panel:
+def _property(calibrated: FittedScene, others: Sequence[FittedScene], body: str, name: str) -> Panel:
     """Return a property over the distance, as fitted in all scenes.
 
     If only xn is fitted, marks are the K with which B-hat has the value of C at some points of each line.
@@ -255,7 +229,7 @@ def _property(calibrated: Calibrated, others: Sequence[Calibrated], body: str, n
     return Panel(f"{body}: effective {PROPERTIES[name]}", "r [mm]", PROPERTIES[name], curves)
 
 
-def _lines(calibrated: Calibrated) -> Iterator[tuple[str, slice]]:
+def _lines(calibrated: FittedScene) -> Iterator[tuple[str, slice]]:
     """Yield the lines of the calibration, and which of its points are theirs."""
     start = 0
     for line in calibrated.scene.calibration.lines:
@@ -263,7 +237,7 @@ def _lines(calibrated: Calibrated) -> Iterator[tuple[str, slice]]:
         start += len(line.x)
 
 
-def _residual(calibrated: Calibrated, body: str, component: str) -> Panel:
+def _residual(calibrated: FittedScene, body: str, component: str) -> Panel:
     """Return differences of approximations from C at the fitted points, and its estimate [% of max |C|]."""
     target, looks = calibrated.targets[body], ics_looks(("C", *COMPARED))
     k = target.components.index(component)
@@ -292,20 +266,20 @@ def _residual(calibrated: Calibrated, body: str, component: str) -> Panel:
     )
 
 
-def translation(one: FitErrors) -> float:
+def translation(one: FittedScene) -> float:
     """Return the vertical translation [mm/N] that brings C_sn closest to B-hat-prime on the scene's lines.
 
     In local directions of the lower body, its s component is the translation times -sin(delta).
     """
-    lean = np.sin(one.calibrated.scene.bodies["lower"].contour.inclination(one.ics.s.values))
+    lean = np.sin(one.scene.bodies["lower"].contour.inclination(one.ics.s.values))
     ic = one.ics.ic.sel(body="combined", i="s", j="n")
     difference = (ic.sel(variant="Bhat_prime") - ic.sel(variant="C")).values
     return -float(lean @ difference) / max(float(lean @ lean), 1e-300)
 
 
-def ics_with_other_c(one: FitErrors) -> xr.Dataset:
+def ics_with_other_c(one: FittedScene) -> xr.Dataset:
     """Return the ICs of both bodies, among them the two C of `C_BESIDE` [mm/N]."""
-    scene, c = one.calibrated.scene, one.ics.ic.sel(variant="C", body=["combined"])
+    scene, c = one.scene, one.ics.ic.sel(variant="C", body=["combined"])
     places = one.ics.x.values, one.ics.s.values
     without = c - scene.pair.curvature(scene.patch, places) / scene.patch.area
     moved = np.zeros(c.shape)
@@ -315,11 +289,11 @@ def ics_with_other_c(one: FitErrors) -> xr.Dataset:
     return ic.to_dataset(name="ic").assign_attrs(one.ics.attrs)
 
 
-def other_c(measured: Sequence[FitErrors]) -> Chart:
+def other_c(calibrations: Sequence[FittedScene]) -> Chart:
     """Return C without curvature, and with another translation, beside B-hat-prime; a step per scene."""
     steps: dict[str, list[Panel]] = {}
-    for one in measured:
-        ics, lines, steps[one.name] = ics_with_other_c(one), lines_in(one.ics), []
+    for one in calibrations:
+        ics, lines, steps[one.scene.name] = ics_with_other_c(one), lines_in(one.ics), []
         for (name, (component, others, look)), line in product(C_BESIDE.items(), lines):
             part = along_line(ics, line, "combined", component, dimensionless=False)
             if is_mirrored(one.ics, line):
@@ -336,6 +310,6 @@ def other_c(measured: Sequence[FitErrors]) -> Chart:
                     *((other, ics_symbol(other), its) for other, its in ics_looks(others).items()),
                 )
             ]
-            steps[one.name].append(Panel(f"combined, {line}", part.across, part.up, curves))
-    columns = max(len(one.calibrated.scene.lines) for one in measured)
+            steps[one.scene.name].append(Panel(f"combined, {line}", part.across, part.up, curves))
+    columns = max(len(one.scene.lines) for one in calibrations)
     return Chart("other_c", steps, columns, "scene", start=next(iter(steps)))

@@ -7,7 +7,6 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 import xarray as xr
@@ -25,24 +24,21 @@ from compare.report.looks import ics_symbol
 from compare.report.parts import Block, Folded, Note, Page, Section, Verbatim, write_page, write_results
 from compare.report.tables import Cell, Row, Table, changes_table, number_text, numbers
 from femic.cache import folders
-from femic.contact.motions.none import REFERENCE, Sensitivity, SolvedContact, sensitivities
-from femic.contact.pairs.quantities import OF_FRICTIONLESS
-from femic.results.contact import (
-    ContactResults,
-    compared_ics,
-    pressures,
-    reference_ics,
-    to_dataset,
-    with_supports,
+from femic.contact.motions.none import (
+    REFERENCE,
+    FrictionlessContacts,
+    Sensitivity,
+    SolvedContact,
+    sensitivities,
 )
-from femic.results.matrices import discounted
+from femic.contact.pairs.quantities import OF_FRICTIONLESS
+from femic.results.contact import compared_ics, pressures, reference_ics
 from femic.scenes.scene import Scene
 from geometries.surfaces import Surface
 
 # --- the page -------------------------------------------------------------------------------------------
 
 
-NO_OTHERS: Mapping[str, Mapping[str, float]] = MappingProxyType({})
 NUMBERS = (
     "Of the patch with the largest load, with estimated errors: from elements twice and four times as large; "
     "of C also from C plus its own estimate. Small, below each number: its difference to the number with {}, "
@@ -76,22 +72,10 @@ class FurtherSolution:
 
 
 def write_contact(
-    results: ContactResults,
-    out: Path,
-    supports: Mapping[str, Mapping[str, float]] = NO_OTHERS,
-    further: FurtherSolution | None = None,
-    *,
-    choice: str = "",
+    scene: Scene, dataset: xr.Dataset, out: Path, further: FurtherSolution | None = None
 ) -> Path:
-    """Write `contact.nc`, figures and `contact.html` into a folder; returns the path of the page.
-
-    `supports` has the numbers of the largest contact with other supports, by change; `choice` says why these
-    ICs were chosen.
-    """
-    dataset = with_supports(to_dataset(results), supports)
-    dataset = dataset.assign_attrs(choice=choice, discounted=discounted(results.scene))
-    lower = next(iter(results.solved.contacts.values())).on_grid.undeformed.lower
-    reference = reference_ics(dataset)
+    """Write `contact.nc`, figures and `contact.html` into a folder; returns the path of the page."""
+    reference, lower = reference_ics(dataset), scene.bodies["lower"].surface
     page = Page(
         str(dataset.attrs["title"]),
         answer_sentence(dataset, reference),
@@ -104,7 +88,7 @@ def write_contact(
 def _sections(
     dataset: xr.Dataset, lower: Surface, further: FurtherSolution | None
 ) -> Iterator[Section | Folded]:
-    why = [Note(dataset.attrs["choice"])] if dataset.attrs["choice"] else []
+    why = [Note(choice)] if (choice := dataset.attrs.get("choice")) else []  # of these ICs
     yield Section("", [figures.answer_chart(dataset), *why])
     yield Section("Pressures on the rail", [figures.on_rail(dataset, lower)])
     yield Section("Patches", [figures.patches(dataset)])
@@ -177,9 +161,9 @@ MAPS = (
 )
 
 
-def write_sensitivity(results: Mapping[str, ContactResults], out: Path) -> Path:
+def write_sensitivity(solved: Mapping[str, FrictionlessContacts], out: Path) -> Path:
     """Write maps of where A and B-hat differ, of two or more scenes, and their page; returns its path."""
-    return write_page(sensitivity_page(results), folders.make(out) / "contact.html")
+    return write_page(sensitivity_page(solved), folders.make(out) / "contact.html")
 
 
 def is_mapped(scene: Scene) -> bool:
@@ -187,31 +171,31 @@ def is_mapped(scene: Scene) -> bool:
     return scene.contact.friction is None and REFERENCE in scene.contact.ics
 
 
-def mapped_contact(results: ContactResults) -> SolvedContact:
+def mapped_contact(solved: FrictionlessContacts) -> SolvedContact:
     """Return the contact with B-hat to be mapped: at `contact.shape_load`, or at the largest load."""
-    contacts = [contact for (_, ics), contact in results.solved.contacts.items() if ics == REFERENCE]
-    shape_load = results.scene.contact.shape_load
+    contacts = [contact for (_, ics), contact in solved.contacts.items() if ics == REFERENCE]
+    shape_load = solved.problem.specification.shape_load
     if shape_load is None:
         return max(contacts, key=lambda contact: contact.normal.load)
     return min(contacts, key=lambda contact: abs(contact.normal.load - shape_load))
 
 
-def sensitivity_page(results: Mapping[str, ContactResults]) -> Page:
+def sensitivity_page(solved: Mapping[str, FrictionlessContacts]) -> Page:
     """Return the differences under the pressures of every scene (row) on the patch of every scene."""
-    cases = list(sensitivities({name: mapped_contact(contacts) for name, contacts in results.items()}))
-    worst, n = max(cases, key=lambda case: case.largest), len(results)
+    cases = list(sensitivities({name: mapped_contact(contacts) for name, contacts in solved.items()}))
+    worst, n = max(cases, key=lambda case: case.largest), len(solved)
     ranges = [
         Cell(" ... ".join(number_text(100 * end(case.inside), "+.1f") for end in (np.min, np.max)))
         for case in cases
     ]
     table = Table(
         "A over B̂, pressures of",
-        numbers(*(f"on the patch of {patch}" for patch in results), unit="%"),
-        [Row(name, ranges[k * n : (k + 1) * n]) for k, name in enumerate(results)],
+        numbers(*(f"on the patch of {patch}" for patch in solved), unit="%"),
+        [Row(name, ranges[k * n : (k + 1) * n]) for k, name in enumerate(solved)],
     )
     maps = [_map(case, 100 * worst.largest) for case in cases]
     return Page(
-        f"Where A and B̂ differ: {', '.join(results)}",
+        f"Where A and B̂ differ: {', '.join(solved)}",
         f"Displacements with A are off by up to {worst.largest:.1%} of the largest with B̂, under the "
         f"pressures of {worst.pressures} on the patch of {worst.patch}.",
         [Section("", [simple_chart("sensitivity", maps, n), MAPS])],

@@ -28,8 +28,9 @@ from compare.report.parts import (
 from compare.report.tables import Row, Table, number_text, numbers, texts, with_estimate
 from femic.cache.store import Store
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
-from femic.results.contact import ContactResults, ics_names, pressures, to_dataset
+from femic.results.contact import ics_names, pressures
 from femic.results.finite_elements import FE, NUMBERS, OF_PATCH, OF_PLACE, stored_fe_contact
+from femic.scenes.scene import Scene
 
 # --- the page -------------------------------------------------------------------------------------------
 
@@ -184,9 +185,9 @@ def cost(dataset: xr.Dataset) -> str:
 # --- on the page of a contact ---------------------------------------------------------------------------
 
 
-def stored_solution(results: ContactResults, store: Store) -> FurtherSolution | None:
+def stored_solution(scene: Scene, contacts: xr.Dataset, store: Store) -> FurtherSolution | None:
     """Return stored contacts of a scene by finite elements; None where there are none."""
-    fe_contacts = stored_fe_contact(results.scene, to_dataset(results), store)
+    fe_contacts = stored_fe_contact(scene, contacts, store)
     if fe_contacts is None:
         return None
     named = [prefix + name for name in NUMBERS for prefix in ("", "estimate_")]

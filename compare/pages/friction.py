@@ -397,13 +397,13 @@ def cost(dataset: xr.Dataset) -> str:
     each = ", ".join(f"{ics_symbol(name)} {float(by_ics.sel(ics=name)):.1f} s" for name in ics_names(dataset))
     dx, ds = (float(dataset[name][1] - dataset[name][0]) for name in ("x", "s"))
     grid = f"{dataset.sizes['x']} x {dataset.sizes['s']} elements of {dx:.3g} x {ds:.3g} mm"
-    of_c = ""
+    about_c = ""
     if "C_seconds" in dataset.attrs:
-        of_c = (
+        about_c = (
             f" C on this grid took {dataset.attrs['C_seconds']:.0f} s; its largest estimated error is "
             f"{dataset.attrs['C_estimate']:.2%} of the largest C_nn. Before the mean of C(I, J) and "
             f"C(J, I)^T is taken both differ by up to {dataset.attrs['C_asymmetry']:.1%} of the largest "
             f"C_{dataset.attrs['C_asymmetry_component']}, and less of other components. "
             f"{dataset.attrs['discounted']}"
         )
-    return f"Grid: {grid}. Contact: {each}.{of_c} All in all {dataset.attrs['seconds']:.0f} s."
+    return f"Grid: {grid}. Contact: {each}.{about_c} All in all {dataset.attrs['seconds']:.0f} s."

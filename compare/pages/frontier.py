@@ -10,14 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from matplotlib.colors import to_hex
 from rich.table import Table as Printed
 
 from compare.report.charts import Chart, Curve, Panel
 from compare.report.errors import COMPONENTS, MEASURE, VANISHING, colour, percent
-from compare.report.looks import ENGINE_MARKS, INK, OTHER_ENGINE_MARK, Look, ics_looks, ics_symbol
+from compare.report.looks import ENGINE_LOOKS, OTHER_ENGINE, Look, ics_looks, ics_symbol
 from compare.report.parts import Folded, Items, Note, Page, Section, Verbatim, join_words, write_results
-from compare.report.static import MARKERS
 from compare.report.tables import Cell, Column, Row, Table, numbers, texts, with_estimate
 from compare.studies.contact_frontier import STAGES
 from compare.studies.frontier import Advice, by_number, case_text, cheapest, front, worst
@@ -71,7 +69,7 @@ def write_frontier(dataset: xr.Dataset, folder: Path) -> Path:
     """
     name, question = (
         ("frontier", "Speed against accuracy")
-        if _of_ics(dataset)
+        if _is_about_ics(dataset)
         else ("contact_frontier", "Which ICs does this contact need?")
     )
     page = Page(
@@ -86,7 +84,7 @@ def summary(dataset: xr.Dataset) -> str:
     best = dataset.label.sel(way=dataset.attrs["best"]).item()
     if not subjects:
         return f"The reference, {best}, does not know any number well enough."
-    head = list(subjects)[-1 if _of_ics(dataset) else 0]
+    head = list(subjects)[-1 if _is_about_ics(dataset) else 0]
     errors = worst(dataset, subjects[head], case).dropna("way", subset=["bound"])
     is_c = errors.ics.values == "C"
     closest = _least(errors.isel(way=~is_c), "bound")
@@ -129,7 +127,7 @@ def answer_table(dataset: xr.Dataset) -> Table:
 def main_subjects(dataset: xr.Dataset) -> dict[str, list[str]]:
     """Return what is asked first, and the numbers it is about: nn and all components; or single numbers."""
     known = known_numbers(dataset)
-    if _of_ics(dataset):
+    if _is_about_ics(dataset):
         return ({"nn": ["nn"]} if {"nn"} < set(known) else {}) | {"all components": known}
     main = [name for name in MAIN[dataset.attrs["motion"]] if name in known]
     return {name: [name] for name in main or known[: len(MAIN["none"])]}
@@ -141,27 +139,27 @@ def known_numbers(dataset: xr.Dataset) -> list[str]:
     return [str(name) for name in dataset.number.values if dataset.judged.sel(number=name).any()]
 
 
-def _of_ics(dataset: xr.Dataset) -> bool:
+def _is_about_ics(dataset: xr.Dataset) -> bool:
     return "component" in dataset.dims
 
 
 def _cases(dataset: xr.Dataset) -> list[str | float]:
     """Return the bodies, both together first, or the cases of a contact."""
-    if not _of_ics(dataset):
+    if not _is_about_ics(dataset):
         return list(dataset.case.values.tolist())
     return sorted(dataset.body.values.tolist(), key=lambda body: body != "combined")
 
 
 def _main_case(dataset: xr.Dataset) -> str | float | None:
     """Return the body that the answer is about; None, all cases, of a contact."""
-    return _cases(dataset)[0] if _of_ics(dataset) else None
+    return _cases(dataset)[0] if _is_about_ics(dataset) else None
 
 
 def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
-    of_ics, best = _of_ics(dataset), dataset.label.sel(way=dataset.attrs["best"]).item()
+    about_ics, best = _is_about_ics(dataset), dataset.label.sel(way=dataset.attrs["best"]).item()
     drawn = chart(dataset)
     yield Section("", [drawn if drawn.steps else "All ways are as good as the reference.", Note(READING)])
-    if not of_ics:
+    if not about_ics:
         judged, points = (dataset[name].sum("case") for name in ("judged", "points"))
         rows = [
             Row(str(name), [str(dataset.scale.sel(number=name).item()), f"{known.item()} of {every.item()}"])
@@ -169,11 +167,11 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
         ]
         scales = Table("number", [*texts("error is a"), *numbers("known at")], rows)
         yield Folded("What errors are shares of", [scales, Note(SHARES)])
-    cases = _cases(dataset) if of_ics else [None]
+    cases = _cases(dataset) if about_ics else [None]
     names = known_numbers(dataset)
     marks = Note(
         f"In percent, at worst. The row of the reference, {best}, has its estimate. *: on the front of that "
-        f"number. {f'{MEASURE} {COMPONENTS}' if of_ics else ''}"
+        f"number. {f'{MEASURE} {COMPONENTS}' if about_ics else ''}"
     )
     tables = [
         Section("" if case is None else str(case), [_errors_table(dataset, names[k : k + IN_A_TABLE], case)])
@@ -181,10 +179,10 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
         for k in range(0, len(names), IN_A_TABLE)
     ]
     yield Folded("Errors of all ways", [marks, *tables])
-    yield Folded("Time of all ways", [_cost_table(dataset), Note(COST if of_ics else COST_OF_CONTACT)])
+    yield Folded("Time of all ways", [_cost_table(dataset), Note(COST if about_ics else COST_OF_CONTACT)])
     if skipped := json.loads(dataset.attrs["skipped"]):
         yield Folded("Left out", [Items([f"{name}: {reason}" for name, reason in skipped.items()])])
-    if not of_ics:
+    if not about_ics:
         yield Folded("Rigid motions and supports of the bodies", [dataset.attrs["discounted"], APPROACH])
     yield Folded("Scene file", [Verbatim(dataset.attrs["scene"])])
 
@@ -199,7 +197,9 @@ def _errors_table(dataset: xr.Dataset, names: Sequence[str], case: str | float |
         for name, each in errors.items():
             one = each.sel(way=way)
             weight = (
-                by_number(dataset).weight.sel(way=way, number=name, case=case) if _of_ics(dataset) else np.nan
+                by_number(dataset).weight.sel(way=way, number=name, case=case)
+                if _is_about_ics(dataset)
+                else np.nan
             )
             cells.append(
                 Cell(
@@ -215,12 +215,12 @@ def _errors_table(dataset: xr.Dataset, names: Sequence[str], case: str | float |
 
 def _mark(dataset: xr.Dataset, name: str, case: str | float | None) -> str:
     """Return the mark of a component that vanishes in C."""
-    return VANISHING if _of_ics(dataset) and dataset.vanishes.sel(component=name, body=case) else ""
+    return VANISHING if _is_about_ics(dataset) and dataset.vanishes.sel(component=name, body=case) else ""
 
 
 def _cost_table(dataset: xr.Dataset) -> Table:
     """Return the seconds of all ways, by body or by stage, and the sizes of their models or grids."""
-    if _of_ics(dataset):
+    if _is_about_ics(dataset):
         seconds = {f"time, {body}": dataset.seconds.sel(body=body) for body in _cases(dataset)}
         sizes = {Column("unknowns"): ("unknowns", ",d"), Column("memory", "MB"): ("memory", ".0f")}
     else:
@@ -285,19 +285,19 @@ def chart(dataset: xr.Dataset) -> Chart:
 
     Numbers of a contact whose errors are rounding are left out.
     """
-    of_ics, cases = _of_ics(dataset), _cases(dataset)
-    names = [name for name in known_numbers(dataset) if of_ics or _spread(worst(dataset, [name]))]
+    about_ics, cases = _is_about_ics(dataset), _cases(dataset)
+    names = [name for name in known_numbers(dataset) if about_ics or _spread(worst(dataset, [name]))]
     steps = ({ALL: names} if len(names) > 1 else {}) | {name: [name] for name in names}
-    shown: Sequence[str | float | None] = cases if of_ics else [None, *cases] if len(cases) > 1 else [None]
+    shown: Sequence[str | float | None] = cases if about_ics else [None, *cases] if len(cases) > 1 else [None]
     start = next((name for name in main_subjects(dataset) if name in names), "")
     return Chart(
         "ways",
         {name: [_panel(dataset, those, case) for case in shown] for name, those in steps.items()},
         1,
-        "component" if of_ics else "number",
+        "component" if about_ics else "number",
         1.4,
-        next(iter(steps)) if of_ics else start,
-        choice="body" if of_ics else "case",
+        next(iter(steps)) if about_ics else start,
+        choice="body" if about_ics else "case",
     )
 
 
@@ -314,7 +314,7 @@ def _panel(dataset: xr.Dataset, names: Sequence[str], case: str | float | None) 
         "all cases" if case is None else case_text(dataset, case),
         "time: ICs, operator, contact [s]",
     )
-    if _of_ics(dataset):
+    if _is_about_ics(dataset):
         across = f"time for {dataset.attrs['points']} points [s]"
         if len(names) == 1 and _mark(dataset, names[0], case):
             title = f"{title}: vanishes, share of 0.05 C_nn"
@@ -343,10 +343,8 @@ def _points(errors: xr.Dataset) -> Iterator[Curve]:
         ways = errors.isel(way=np.flatnonzero(chosen)).sortby("seconds")
         label, look, names = ics_symbol(ics), replace(looks[ics], dash=""), list[str]()
         if kind in ENGINES:
-            colour, code = ENGINE_MARKS.get(kind, OTHER_ENGINE_MARK)
-            marker = {code: name for name, code in MARKERS.items()}.get(code, "circle")
-            look = Look(INK if colour == "black" else to_hex(colour), "", marker)
-            label, names = f"C, {kind}", _point_names(ways, kind)
+            look, label = ENGINE_LOOKS.get(kind, OTHER_ENGINE), f"C, {kind}"
+            names = _point_names(ways, kind)
         error, bound, floor = (_drawn(ways[key]) for key in ("error", "bound", "floor"))
         bars = np.maximum(np.stack([np.minimum(floor, error - floor), bound - error]), 0)
         notes = [

@@ -12,10 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
-from numpy.typing import ArrayLike
 
-from compare.report import static
 from compare.report.charts import Chart, Curve, Panel, mark_points, simple_chart
 from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, VANISHING, component_cell, error_row
 from compare.report.looks import Look, drawing_order, ics_looks, ics_symbol
@@ -55,7 +52,7 @@ def page(title: str, scenes: Scenes, details: Iterable[Section | Folded]) -> Pag
     """Return the page of scenes: the largest errors, curves, and on request errors by line and details."""
     ics = next(iter(scenes.values())).ics
     worst = {name: worst_errors(scene.errors, main_body(ics.body.values)) for name, scene in scenes.items()}
-    answer = error_table("error", worst, components_in(ics), drawn_variants(scenes))
+    answer = error_table("error", worst, components_in(ics), drawn_variants(ics, several=len(scenes) > 1))
     return Page(title, summary(scenes), _sections(scenes, details), answer)
 
 
@@ -63,12 +60,11 @@ def summary(scenes: Scenes) -> str:
     """Return the largest errors of nn, or else of the first component, and the estimate of C, by scene."""
     ics = next(iter(scenes.values())).ics
     body, component = main_body(ics.body.values), _first_component(components_in(ics))
+    variants = drawn_variants(ics, several=len(scenes) > 1)
     texts_of_scenes = []
     for name, scene in scenes.items():
         worst = worst_errors(scene.errors, body).sel(i=component[0], j=component[1])
-        cells = {
-            v: component_cell(worst.sel(variant=v), is_estimate=v == "C") for v in drawn_variants(scenes)
-        }
+        cells = {v: component_cell(worst.sel(variant=v), is_estimate=v == "C") for v in variants}
         errors = ", ".join(f"{row_name(v)} {cell.text}" for v, cell in cells.items() if cell.text != "–")
         texts_of_scenes.append(f"{name}: {errors}" if len(scenes) > 1 else errors)
     return f"{body.capitalize()} C_{component}, largest differences from C: {'; '.join(texts_of_scenes)}."
@@ -413,20 +409,6 @@ def component_chart(ics: xr.Dataset, component: str) -> Chart:
     )
 
 
-def draw_curve(axes: Axes, at: ArrayLike, curve: xr.Dataset) -> None:
-    """Draw one component on one line, dimensionless: C with its error band, and every approximation.
-
-    `curve` is a part of the dataset of `femic.results.ics_dataset` with the dims variant and point, drawn
-    against the abscissas `at`.
-    """
-    names = [name for name in ("ic", *ESTIMATES.values()) if name in curve]
-    part = (curve[names] * curve.reference_E * curve.reference_length).assign_coords(
-        at=("point", np.asarray(at))
-    )
-    part = part.assign_attrs(across="", up="", least=INVISIBLE)
-    static.draw_panel(axes, _panel("", {"": part}, _looks({"": curve})))
-
-
 def along_line(ics: xr.Dataset, line: str, body: str, component: str, dimensionless: bool) -> xr.Dataset:
     """Return a component of a body along a line, and its estimates, over the coordinate `at`.
 
@@ -459,12 +441,11 @@ def is_mirrored(ics: xr.Dataset, line: str) -> bool:
     return np.allclose(s, -s[::-1]) and bool(asymmetry <= MIRRORED * np.nanmax(sizes))
 
 
-def drawn_variants(scenes: Mapping[str, SceneICs | xr.Dataset]) -> list[str]:
+def drawn_variants(ics: xr.Dataset, *, several: bool) -> list[str]:
     """Return the variants of a scene; of several those of `OVERLAID_VARIANTS`, if there are any, and C."""
-    one = next(iter(scenes.values()))
-    names = [str(name) for name in (one.ics if isinstance(one, SceneICs) else one).variant.values]
+    names = [str(name) for name in ics.variant.values]
     overlaid = [name for name in names if name in OVERLAID_VARIANTS]
-    return [*overlaid, "C"] if overlaid and len(scenes) > 1 else names
+    return [*overlaid, "C"] if overlaid and several else names
 
 
 def _looks(scenes: Mapping[str, xr.Dataset]) -> dict[tuple[str, str], Look]:
@@ -472,7 +453,7 @@ def _looks(scenes: Mapping[str, xr.Dataset]) -> dict[tuple[str, str], Look]:
 
     Variants have colours; of several scenes, these have dashes, and wide lines lie behind narrow ones.
     """
-    variants = drawn_variants(scenes)
+    variants = drawn_variants(next(iter(scenes.values())), several=len(scenes) > 1)
     looks = ics_looks(variants)
     if len(scenes) == 1:
         return {(variant, name): looks[variant] for name in scenes for variant in drawing_order(variants)}

@@ -3,8 +3,10 @@
 Its chart shows the response to one loaded strip by component, and differences from C.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import xarray as xr
@@ -21,19 +23,13 @@ from compare.report.tables import Cell, Row, Table, numbers, texts
 from femic.cache.digests import PAGE_FOLDERS, results_digest
 from femic.contact.operators.dense import Reciprocity
 from femic.reference.engine import Cost
+from femic.reference.job import Shares
+from femic.reference.matrix.reference import MatrixReference
 from femic.reference.refinement import ModelPlan, total_seconds
 from femic.reference.result import total
 from femic.reference.run_options import DEFAULT, RunOptions
-from femic.results.ics import costs_by_model, solids, solved_parts, solver_seconds
-from femic.results.matrices import (
-    SOURCE,
-    MatrixResults,
-    combined_columns,
-    compute_matrix,
-    discounted,
-    expected_seconds,
-    matrix_plans,
-)
+from femic.results.ics import solids, solved_parts, solver_seconds
+from femic.results.matrices import SOURCE, compute_matrix, discounted, expected_seconds, matrix_plans
 from femic.results.matrix_check import ColumnCheck, check_columns
 from femic.scenes import receipts
 from femic.scenes.scene import Scene
@@ -44,6 +40,7 @@ from geometries.patches import COMPONENTS, DIRECTIONS, Grid
 
 
 COMMAND = "matrix"
+Value = TypeVar("Value")
 ACCURACY = (
     "Largest estimated error of C over all lags and pairs of strips, and its largest parts, on the scale of "
     "refinement, to which the tolerance applies. Four elements from the load and further that is the larger "
@@ -79,9 +76,9 @@ APPROXIMATIONS = (
     "approximation is then tested as a zero, and its number, with †, is a share of 0.05 of the largest "
     "displacement by normal tractions. Row “C”: the estimated error of C itself."
 )
-MEASURES = {  # of `Deviation`: the errors, the weights below them, and which components vanish
-    "displacements": ("own_displacement_error", "displacement_error", "negligible"),
-    "worst": ("worst", "near", "vanishing"),
+MEASURES = {  # variables: the errors, the weights below them, and which components vanish
+    "displacements": ("displacement_error", "displacement_weight", "displacement_vanishes"),
+    "entries": ("entry_error", "near_entry_error", "entry_vanishes"),
 }
 CHART = (
     "Displacements of the {} ICs per total load of 1 kN on an element of strip {} (cross, s = {:.3g} mm); "
@@ -114,49 +111,60 @@ def write_matrix(scene: Scene, out: Path, strip: int | None = None, options: Run
     )
     file = out / "matrix.nc"
     with receipts.renewed(out, COMMAND, key, [file.name, path.name]):
-        results = compute_matrix(scene, file, options)
-        checks = check_columns(results, options)
-        title, size = f"IC matrix: {scene.title}", f"{file.name} ({file.stat().st_size / 1e6:.1f} MB)"
-        sections = _sections(results, plans, checks, strip)
-        write_page(
-            Page(title, summary(results, size), sections, answer_table(results, checks)), path, COMMAND
-        )
+        solved = compute_matrix(scene, file, options)
+        checks = check_columns(scene, solved, options)
+        size = f"{file.name} ({file.stat().st_size / 1e6:.1f} MB)"
+        with xr.open_dataset(file, engine="h5netcdf") as matrix:
+            drawn = chart(response(scene, matrix, solved, strip))
+            sections = _sections(scene, matrix, plans, checks, strip, drawn)
+            answer = answer_table(matrix, checks)
+            write_page(Page(matrix.attrs["title"], summary(matrix, size), sections, answer), path, COMMAND)
     return path
 
 
-def summary(results: MatrixResults, file: str) -> str:
+def _by_name(matrix: xr.Dataset, attribute: str, kind: Callable[..., Value]) -> dict[str, Value]:
+    """Return the records of an attribute of the file by body, or by model."""
+    return {name: kind(**record) for name, record in json.loads(matrix.attrs[attribute]).items()}
+
+
+def summary(matrix: xr.Dataset, file: str) -> str:
     """Return what the file has, how well C is known, and what its models took."""
-    grid, costs = results.scene.grid, costs_by_model(results.matrices)
-    body, worst = max(results.errors.items(), key=lambda item: item[1].total)
+    sizes, costs = matrix.sizes, _by_name(matrix, "models", Cost)
+    body, worst = max(_by_name(matrix, "estimated_error", Shares).items(), key=lambda item: item[1].total)
     return (
-        f"{file}: C between {grid.n_s} strips at {grid.n_x} lags, known to {percent(worst.total)} (worst: "
-        f"{worst.component}, {body}); its models took {solver_seconds(costs):.0f} s and "
+        f"{file}: C between {sizes['loaded']} strips at {sizes['lag']} lags, known to "
+        f"{percent(worst.total)} (worst: {worst.component}, {body}); its models took "
+        f"{solver_seconds(costs):.0f} s and "
         f"{max(cost.peak_memory for cost in costs.values()):.0f} MB."
     )
 
 
 def _sections(
-    results: MatrixResults, plans: Sequence[ModelPlan], checks: Sequence[ColumnCheck], strip: int
+    scene: Scene,
+    matrix: xr.Dataset,
+    plans: Sequence[ModelPlan],
+    checks: Sequence[ColumnCheck],
+    strip: int,
+    drawn: Chart,
 ) -> Iterator[Section | Folded]:
-    scene, costs = results.scene, costs_by_model(results.matrices)
-    grid = scene.grid
+    grid, costs = scene.grid, _by_name(matrix, "models", Cost)
     reading = CHART.format(main_body(scene.compared), strip, grid.strips[strip]) + COMPONENT_NAMES
-    yield Section("", [chart(response(results, strip)), Note(reading)])
+    yield Section("", [drawn, Note(reading)])
 
     columns = [*numbers("estimate"), *texts("worst at"), *numbers("mesh", "domain", "wavenumbers")]
     rows = []
-    for name, shares in results.errors.items():
+    for name, shares in _by_name(matrix, "estimated_error", Shares).items():
         parts = (Cell(part, ".3%") for part in (shares.mesh, shares.truncation, shares.waves))
         rows.append(Row(name, [Cell(shares.total, ".3%"), f"{shares.component} {shares.line}", *parts]))
     yield Folded("Estimated errors of C", [f"{discounted(scene)} {ACCURACY}", Table("body", columns, rows)])
 
-    rows = []
-    for name, eigenvalue in results.eigenvalues.items():
+    rows, defects = [], _by_name(matrix, "reciprocity_defect", Reciprocity)
+    for name, eigenvalue in json.loads(matrix.attrs["smallest_eigenvalue"]).items():
         body, _, kind = name.partition(", ")
-        defect = reciprocity_text(results.reciprocity[body], grid) if kind == "raw" else "as raw"
+        defect = reciprocity_text(defects[body], grid) if kind == "raw" else "as raw"
         rows.append(Row(name, [defect, Cell(eigenvalue, ".3f")]))
     table = Table("matrix", [*texts("reciprocity defect"), *numbers("smallest eigenvalue")], rows)
-    missing = "" if results.eigenvalues else TOO_LARGE
+    missing = "" if rows else TOO_LARGE
     yield Folded("Reciprocity and positive work", [REQUIREMENTS, missing, table])
 
     if checks:
@@ -179,24 +187,26 @@ def _sections(
         yield Folded("Columns computed with the solid engine", [text, Table("body", heads, rows)])
 
     for body in combined_first(scene.compared):
-        displacements, worst = (_errors_table(results, body, measure) for measure in MEASURES)
+        displacements, worst = (_errors_table(matrix.sel(body=body), *names) for names in MEASURES.values())
         entries = Folded("Worst entries", [WORST, worst])
         heading = f"Errors of approximations of the {body} matrix"
         yield Folded(heading, [APPROXIMATIONS, displacements, entries])
     text = (
         f"Models: {solver_seconds(costs):.0f} s when they were solved. This run, with models from the store: "
-        f"{results.seconds:.0f} s, {results.memory:.0f} MB at its peak."
+        f"{matrix.attrs['seconds']:.0f} s, {matrix.attrs['peak_memory']:.0f} MB at its peak."
     )
     yield Folded("Cost: expected / actual", [cost_table(plans, costs), text])
     yield Folded("The scene", [Verbatim(scene.text)])
 
 
-def answer_table(results: MatrixResults, checks: Sequence[ColumnCheck]) -> Table:
+def answer_table(matrix: xr.Dataset, checks: Sequence[ColumnCheck]) -> Table:
     """Return how good each matrix is: estimate, reciprocity, positive work, and columns solved again."""
-    rows = []
-    for body in combined_first(results.scene.compared):
-        shares, defect = results.errors[body], results.reciprocity.get(body)
-        eigenvalue = results.eigenvalues.get(f"{body}, discounted", np.nan)
+    rows, estimates = [], _by_name(matrix, "estimated_error", Shares)
+    defects = _by_name(matrix, "reciprocity_defect", Reciprocity)
+    eigenvalues = json.loads(matrix.attrs["smallest_eigenvalue"])
+    for body in combined_first(matrix.body.values):
+        shares, defect = estimates[body], defects.get(body)
+        eigenvalue = eigenvalues.get(f"{body}, discounted", np.nan)
         cells: list[Cell | str] = [
             f"{100 * shares.total:.2g} ({shares.component})",
             f"{100 * defect.worst:.2g} ({defect.component})" if defect else "–",
@@ -213,16 +223,18 @@ def answer_table(results: MatrixResults, checks: Sequence[ColumnCheck]) -> Table
     return Table("body", heads, rows)
 
 
-def _errors_table(results: MatrixResults, body: str, measure: str) -> Table:
-    """Return a table with a row per approximation and one for C, by a measure of `MEASURES`."""
+def _errors_table(matrix: xr.Dataset, error: str, weight: str, vanishes: str) -> Table:
+    """Return a table of errors with a row per approximation that the body has, and one for C."""
     rows = []
-    for variant, deviation in results.deviations[body].items():
-        values = (getattr(deviation, name).ravel() for name in MEASURES[measure])
-        cells = [
-            error_cell(float(error), float(weight), vanishes=bool(vanishes), is_estimate=variant == "C")
-            for error, weight, vanishes in zip(*values, strict=True)
-        ]
-        rows.append(Row(row_name(variant), cells))
+    for variant in map(str, matrix.variant.values):
+        own = matrix.sel(variant=variant)
+        if own[vanishes].notnull().all():
+            values = (own[name].values.ravel() for name in (error, weight, vanishes))
+            cells = [
+                error_cell(share, below, vanishes=bool(vanishing), is_estimate=variant == "C")
+                for share, below, vanishing in zip(*map(np.ndarray.tolist, values), strict=True)
+            ]
+            rows.append(Row(row_name(variant), cells))
     return Table("variant", COMPONENTS, rows)
 
 
@@ -264,20 +276,24 @@ LOADED = Look(INK, "", "cross")
 ABSCISSAS = {"s": "s", "lag": "x"}
 
 
-def response(results: MatrixResults, strip: int) -> xr.Dataset:
+def response(
+    scene: Scene, matrix: xr.Dataset, solved: Mapping[str, MatrixReference], strip: int
+) -> xr.Dataset:
     """Return the response to unit loads on a strip, (..., i, j, lag, s) [µm/kN], of both bodies or the first.
 
     `matrix` is C of the file. Of `ic` (variant, ...), C after the discount of [BVSV] has the `estimate`.
     Rounding is 0.
     """
-    scene, grid, body = results.scene, results.scene.grid, main_body(results.scene.compared)
-    names = dict.fromkeys([*results.deviations[body], *MAPPED_VARIANTS])
-    c = total([results.matrices[part].column(strip, SOURCE) for part in solved_parts(body)])
+    grid, body = scene.grid, main_body(scene.compared)
+    known = matrix.entry_vanishes.sel(body=body).notnull().all(["i", "j"])
+    names = dict.fromkeys([*map(str, matrix.variant.values[known.values]), *MAPPED_VARIANTS])
+    c = total([solved[part].column(strip, SOURCE) for part in solved_parts(body)])
+    column = matrix.ic.sel(body=body).isel(loaded=strip).transpose("i", "j", "lag", "observed")
     approximated = approximations([name for name in names if name != "C"], solids(scene)[body], grid, strip)
     ics = {name: ics / grid.area for name, ics in approximated.items()} | {"C": c.ic}
     dims = ("i", "j", "lag", "s")
     arrays = {
-        "matrix": (dims, combined_columns(scene, results.matrices, strip)[body].ic),
+        "matrix": (dims, column.values / grid.area),
         "ic": (("variant", *dims), np.stack(list(ics.values()))),
         "estimate": (dims, c.estimate),
     }

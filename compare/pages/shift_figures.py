@@ -24,7 +24,7 @@ LIMITS = (0.01, 0.05, 0.10)
 class Quantity:
     """A result that is compared: its name in the dataset, symbol, and unit, of which it has `per_unit`.
 
-    `of_friction`: whether its differences are shares of friction times load; else of itself.
+    `is_friction_share`: whether its differences are shares of friction times load; else of itself.
     """
 
     name: str
@@ -32,7 +32,7 @@ class Quantity:
     unit: str
     form: str
     per_unit: float = 1.0
-    of_friction: bool = False
+    is_friction_share: bool = False
 
     @property
     def label(self) -> str:
@@ -41,7 +41,7 @@ class Quantity:
 
 
 P_MAX = Quantity("p_max", "p_max", "MPa", ".0f")
-F_X, F_Y = (Quantity(name, name, "kN", ".2f", 1e-3, of_friction=True) for name in ("F_x", "F_y"))
+F_X, F_Y = (Quantity(name, name, "kN", ".2f", 1e-3, is_friction_share=True) for name in ("F_x", "F_y"))
 WORK = Quantity("work", "work of friction", "J/m", ".1f")
 OF_ROLLING = (F_X, F_Y, WORK)
 
@@ -77,7 +77,7 @@ def difference(dataset: xr.Dataset, ics: str, quantity: Quantity = P_MAX) -> xr.
     """
     own = dataset[quantity.name].sel(ics=ics, drop=True)
     best = reference_values(dataset, quantity.name)
-    scale = dataset.attrs["friction"] * dataset.attrs["load"] if quantity.of_friction else best
+    scale = dataset.attrs["friction"] * dataset.attrs["load"] if quantity.is_friction_share else best
     return ((own - best) / scale).where(reference_names(dataset, quantity.name) != ics)
 
 
@@ -125,7 +125,7 @@ def _quantity_panels(dataset: xr.Dataset, quantity: Quantity) -> list[Panel]:
     """Return a quantity of both sides over the shift, and its differences."""
     looks, shift, sides = ics_looks(dataset.ics.values), dataset["shift"].values, dataset.side.values
     off = {name: 100 * difference(dataset, name, quantity) for name in drawing_order(dataset.ics.values)}
-    share = " of friction × load" if quantity.of_friction else ""
+    share = " of friction × load" if quantity.is_friction_share else ""
     up = f"{quantity.symbol} less that of {reference_label(dataset, quantity.name)} [%{share}]"
     values = [_by_ics(dataset.sel(side=side), quantity.name, quantity.per_unit) for side in sides]
     differences = [

@@ -1,18 +1,24 @@
-"""`femic stresses` writes the file, figures and the page of stresses, wear and fatigue below a contact."""
+"""`femic stresses` writes the file, figures and the page of stresses, wear and fatigue below a contact.
 
-from collections.abc import Iterator
+Charts show maps of sections, curves into depth, the load cycle, and wear.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
-from compare.pages import stress_figures as figures
-from compare.pages.stress_figures import bodies, reference_symbol, source_label, sources
-from compare.report.looks import ics_symbol
+from compare.report.charts import Cell as ChartCell
+from compare.report.charts import Chart, Curve, Map, Panel
+from compare.report.looks import OWN, Look, ics_looks, ics_symbol
 from compare.report.parts import Block, Folded, Note, Page, Section, Verbatim, write_results
 from compare.report.tables import Cell, Column, Row, Table, number_text, with_estimate
 from femic.results.damage import OF_DAMAGE
-from femic.results.stresses import HALF_SPACE_OF_A, OF_STRESS, TRUE
+from femic.results.stresses import HALF_SPACE, HALF_SPACE_OF_A, MEASURES, OF_STRESS, TRUE
+from femic.stresses.field import von_mises
+from geometries.arrays import Array
 
 # --- the page -------------------------------------------------------------------------------------------
 
@@ -70,16 +76,16 @@ def summary(dataset: xr.Dataset) -> str:
 
 def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
     attributes, symbol = dataset.attrs, reference_symbol(dataset)
-    yield Section("", [figures.section_maps(dataset), Note(SECTION)])
+    yield Section("", [section_maps(dataset), Note(SECTION)])
     bands = Note("Bands: the estimated error of the largest stress component in the true body.")
-    yield Section("Into depth", [figures.depth_curves(dataset), bands])
-    yield Section("Along the rolling direction", [figures.plane_maps(dataset)])
+    yield Section("Into depth", [depth_curves(dataset), bands])
+    yield Section("Along the rolling direction", [plane_maps(dataset)])
     cycle = Note("Stresses along x, s, n of the surface above, at the place of the largest von Mises stress.")
-    yield Section("The load cycle", [figures.load_cycle(dataset), cycle])
+    yield Section("The load cycle", [load_cycle(dataset), cycle])
     if "dang_van" in dataset:
         c = float(attributes["dang_van_hydrostatic"])
         note = Note(FATIGUE.format(c, c * float(attributes["dang_van_compression"])))
-        yield Section("Fatigue below the surface", [figures.fatigue_maps(dataset), note])
+        yield Section("Fatigue below the surface", [fatigue_maps(dataset), note])
     if "ics" in dataset.dims:
         notes = [
             f"Small, below each number: its difference to that with {symbol}.",
@@ -89,11 +95,11 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
             else "With damage.yield_stress (--yield-stress): shakedown and surface index.",
         ]
         blocks: list[Block] = [damage_table(dataset), Note(" ".join(filter(None, notes)))]
-        yield Section("Wear and surface fatigue by ICs", [*blocks, figures.wear_chart(dataset), Note(WEAR)])
+        yield Section("Wear and surface fatigue by ICs", [*blocks, wear_chart(dataset), Note(WEAR)])
     if "worn" in dataset:
         steps = int(dataset.wear_steps.max())
         note = Note(WORN.format(attributes["passages"], attributes["revolutions"], steps))
-        yield Section("After all passages", [worn_table(dataset), figures.worn_chart(dataset), note])
+        yield Section("After all passages", [worn_table(dataset), worn_chart(dataset), note])
     lattice = " × ".join(str(dataset.sizes[f"{name}_lower"]) for name in ("x", "s", "depth"))
     method = (
         f"Tractions of {symbol} load both true bodies (harmonic engine) and half-spaces that are unrolled by "
@@ -185,3 +191,225 @@ def worn_table(dataset: xr.Dataset) -> Table:
 def _change(share: xr.DataArray) -> str:
     """Return a difference as a share, nothing where there is nothing to compare with."""
     return number_text(float(share), "+.1%") if np.isfinite(float(share)) else ""
+
+
+# --- charts ---------------------------------------------------------------------------------------------
+
+
+LOOKS = {TRUE: OWN["C"], HALF_SPACE: OWN["A"], HALF_SPACE_OF_A: OWN["B"]}
+COMPONENTS = {  # of stresses: indices and looks
+    "σ_xx": ((0, 0), Look("#0072b2")),
+    "σ_ss": ((1, 1), Look("#e69f00")),
+    "σ_nn": ((2, 2), Look("ink")),
+    "σ_sn": ((1, 2), Look("#009e73", "dash")),
+    "σ_xn": ((0, 2), Look("#d55e00", "dash")),
+    "σ_xs": ((0, 1), Look("#cc79a7", "dash")),
+}
+SAME = 1e-9  # mm
+SHORT = {TRUE: "true", HALF_SPACE: "half-space", HALF_SPACE_OF_A: "half-space of A"}  # in titles
+
+
+def reference_symbol(dataset: xr.Dataset) -> str:
+    """Return the symbol of the ICs whose tractions load the bodies."""
+    return ics_symbol(str(dataset.attrs["reference"]))
+
+
+def source_label(dataset: xr.Dataset, source: str) -> str:
+    """Return in words which body and which tractions stresses are of."""
+    if source == HALF_SPACE_OF_A:
+        return "half-space, tractions of A"
+    return f"{source}, tractions of {reference_symbol(dataset)}"
+
+
+def sources(dataset: xr.Dataset) -> list[str]:
+    """Return the sources; half-spaces under A's tractions only where these are others."""
+    names = [str(name) for name in dataset.source.values]
+    return [name for name in names if name != HALF_SPACE_OF_A or dataset.attrs["reference"] != "A"]
+
+
+def bodies(dataset: xr.Dataset) -> list[str]:
+    """Return the names of the bodies."""
+    return [str(name) for name in dataset.body.values]
+
+
+def _by_body(
+    dataset: xr.Dataset, name: str, alt: str, heights: float, cells: Callable[[str], Sequence[ChartCell]]
+) -> Chart:
+    """Return a chart with a step per body."""
+    steps = {f"{body} body": cells(body) for body in bodies(dataset)}
+    return Chart(name, steps, 3, "body", heights, next(iter(steps)), alt=alt)
+
+
+def _body_fields(dataset: xr.Dataset, body: str) -> xr.Dataset:
+    """Return the fields of a body: stress, estimate, perhaps dang_van, over x, s, depth."""
+    names = {f"{name}_{body}": name for name in ("stress", "estimate", "dang_van")}
+    places = {f"{name}_{body}": name for name in ("x", "s", "depth")}
+    return dataset[[name for name in names if name in dataset]].rename(
+        {name: short for name, short in (names | places).items() if name in dataset.variables}
+    )
+
+
+def _below(dataset: xr.Dataset, body: str, place: dict[str, float]) -> xr.Dataset:
+    """Return the fields of a body over x and depth, at the s of a place.
+
+    Below the middle of the patch they go down to the deepest point.
+    """
+    middle = float(dataset.middle.sel(body=body))
+    if abs(place["s"] - middle) >= SAME:
+        return _body_fields(dataset, body).sel(s=place["s"], method="nearest")
+    names = {f"column_{name}_{body}": name for name in ("stress", "estimate")}
+    column = dataset[list(names)].rename({**names, f"column_{body}": "depth", f"x_{body}": "x"})
+    return column.assign_coords(s=middle)
+
+
+def _worst(dataset: xr.Dataset, body: str) -> dict[str, float]:
+    """Return the place of the largest von Mises stress in a true body [mm]."""
+    numbers = dataset.sel(body=body, source=TRUE)
+    return {name: float(numbers[f"{name}_von_mises"]) for name in ("x", "s", "depth")}
+
+
+def _mises(dataset: xr.Dataset, fields: xr.Dataset) -> tuple[dict[str, Array], tuple[float, float]]:
+    """Return von Mises stresses by source, and the limits of their common colours."""
+    values = {
+        source: von_mises(np.asarray(fields.stress.sel(source=source), dtype=float))
+        for source in sources(dataset)
+    }
+    return values, (0.0, max(float(np.max(one)) for one in values.values()))
+
+
+def _map(section: xr.Dataset, title: str, values: Array, limits: tuple[float, float] | None) -> Map:
+    s, depth = section.s.values, section.depth.values
+    return Map(title, "s [mm]", "depth [mm]", s, depth, values, "MPa", limits=limits)
+
+
+def section_maps(dataset: xr.Dataset) -> Chart:
+    """Return maps of von Mises stresses on the section of a body, a step per body and source.
+
+    The section is that through the largest stress. Beside each map: the estimate, or the difference to the
+    true body.
+    """
+    steps: dict[str, list[ChartCell]] = {}
+    for body in bodies(dataset):
+        section = _body_fields(dataset, body).sel(x=_worst(dataset, body)["x"], method="nearest")
+        values, limits = _mises(dataset, section)
+        estimate = np.asarray(section.estimate, dtype=float)
+        largest = float(np.max(estimate)) if np.all(np.isfinite(estimate)) else 1.0  # without estimates
+        for source, mises in values.items():
+            beside = _map(section, "minus the true body", mises - values[TRUE], None)
+            steps[f"{body}, {SHORT[source]}"] = [
+                _map(section, f"x = {float(section.x):.2g} mm", mises, limits),
+                _map(section, "estimated error", estimate, (0.0, largest))
+                if source == TRUE
+                else replace(beside, scale="diverging"),
+            ]
+    alt = "von Mises stresses on the section below the contact, and differences to the true body"
+    return Chart("section", steps, 2, "body and stresses", 0.9, next(iter(steps)), alt=alt)
+
+
+def plane_maps(dataset: xr.Dataset) -> Chart:
+    """Return maps of von Mises stresses on the plane along x through the largest one, a step per body."""
+
+    def maps(body: str) -> list[Map]:
+        plane = _below(dataset, body, _worst(dataset, body))
+        (x, depth), (values, limits) = (plane.x.values, plane.depth.values), _mises(dataset, plane)
+        titles = {source: f"{SHORT[source]}, s = {float(plane.s):.2g} mm" for source in values}
+        return [
+            Map(titles[source], "x [mm]", "depth [mm]", x, depth, mises, "MPa", limits=limits)
+            for source, mises in values.items()
+        ]
+
+    return _by_body(dataset, "plane", "von Mises stresses along the rolling direction", 0.8, maps)
+
+
+def depth_curves(dataset: xr.Dataset) -> Chart:
+    """Return stresses along the line into depth below the largest von Mises stress, a step per body."""
+
+    def panels(body: str) -> list[Panel]:
+        place, drawn = _worst(dataset, body), []
+        line = _below(dataset, body, place).sel(x=place["x"], method="nearest")
+        for name, measure in MEASURES.items():
+            symbol = OF_STRESS[name].symbol
+            curves = [
+                Curve(
+                    source_label(dataset, source),
+                    line.depth.values,
+                    measure(np.asarray(line.stress.sel(source=source), dtype=float)),
+                    LOOKS[source],
+                    line.estimate.values if source == TRUE else None,
+                )
+                for source in reversed(sources(dataset))
+            ]
+            title = f"{symbol} at x = {place['x']:.2g}, s = {place['s']:.2g} mm"
+            drawn.append(Panel(title, "depth [mm]", f"{symbol} [MPa]", curves))
+        return drawn
+
+    alt = "stresses into depth in the true body and in half-spaces; bands are estimates"
+    return _by_body(dataset, "depth", alt, 1.0, panels)
+
+
+def load_cycle(dataset: xr.Dataset) -> Chart:
+    """Return stress components along x at the worst depth of each body, in the true body and half-spaces."""
+
+    def panels(body: str) -> list[Panel]:
+        place, drawn = _worst(dataset, body), []
+        line = _below(dataset, body, place).sel(depth=place["depth"], method="nearest")
+        for source in sources(dataset):
+            stress = line.stress.sel(source=source).values
+            band = line.estimate.values if source == TRUE else None
+            curves = [
+                Curve(name, line.x.values, stress[:, i, j], look, band)
+                for name, ((i, j), look) in COMPONENTS.items()
+            ]
+            title = f"{SHORT[source]}, s, depth = {float(line.s):.2g}, {float(line.depth):.2g} mm"
+            drawn.append(Panel(title, "x [mm]", "stress [MPa]", curves))
+        return drawn
+
+    alt = "stress components along x: the load cycle of a particle as the contact passes"
+    return _by_body(dataset, "cycle", alt, 1.0, panels)
+
+
+def fatigue_maps(dataset: xr.Dataset) -> Chart:
+    """Return maps of Dang Van's equivalent stress over s and depth, a step per body."""
+
+    def maps(body: str) -> list[Map]:
+        fields = _body_fields(dataset, body)
+        values = {source: np.asarray(fields.dang_van.sel(source=source)) for source in sources(dataset)}
+        low, high = (end([float(end(one)) for one in values.values()]) for end in (np.min, np.max))
+        limits = min(0.0, float(low)), float(high)
+        return [_map(fields, SHORT[source], one, limits) for source, one in values.items()]
+
+    return _by_body(dataset, "fatigue", "Dang Van's equivalent stress", 0.8, maps)
+
+
+def wear_chart(dataset: xr.Dataset) -> Chart:
+    """Return the depths worn along s by each law, with all ICs, and the work of friction along s."""
+    worn = dataset.isel(s=(dataset.depth.max(["ics", "law"]) > 0).values)
+    energy = worn.work_density.sum("x") * float(dataset.x[1] - dataset.x[0])
+    panels = [
+        *(
+            _along_s(f"worn by a passage: {law}", "depth [nm]", worn.depth.sel(law=law))
+            for law in dataset.law.values
+        ),
+        _along_s("work of friction along s", "energy [mJ/mm²]", energy),
+    ]
+    return Chart("wear", {"": panels}, 2, heights=0.9, alt="depths worn per passage along s by ICs")
+
+
+def worn_chart(dataset: xr.Dataset) -> Chart:
+    """Return the depths worn off both bodies along s after all passages, with all ICs."""
+    worn = dataset.worn.isel(s=(dataset.worn.max(["ics", "worn_body"]) > 0).values)
+    panels = [
+        _along_s(f"worn off the {body} body", "depth [µm]", worn.sel(worn_body=body))
+        for body in map(str, dataset.worn_body.values)
+        if float(worn.sel(worn_body=body).max()) > 0
+    ]
+    return Chart("worn", {"": panels}, 2, heights=0.9, alt="depths worn along s after all passages by ICs")
+
+
+def _along_s(title: str, up: str, values: xr.DataArray) -> Panel:
+    """Return curves over s by ICs."""
+    looks = ics_looks(map(str, values.ics.values))
+    curves = [
+        Curve(ics_symbol(n), values.s.values, values.sel(ics=n).values, look) for n, look in looks.items()
+    ]
+    return Panel(title, "s [mm]", up, curves)

@@ -38,17 +38,16 @@ OWN: Mapping[str, Look] = MappingProxyType(
         "C": Look(INK, "solid", "star", 2.2),
     }
 )
-FURTHER = tuple(
-    Look(colour, dash, marker)
-    for colour, dash, marker in (
-        ("#7f6d00", "solid", "hexagon"),
-        ("#8c564b", "dash", "pentagon"),
-        ("#7a5fd0", "dot", "diamond-tall"),
-        ("#808080", "longdashdot", "triangle-left"),
-        ("#17a2a2", "dashdot", "triangle-right"),
-        ("#b03060", "longdash", "octagon"),
-    )
+FURTHER = (
+    Look("#7f6d00", "solid", "hexagon"),
+    Look("#8c564b", "dash", "pentagon"),
+    Look("#7a5fd0", "dot", "diamond-tall"),
+    Look("#808080", "longdashdot", "triangle-left"),
+    Look("#17a2a2", "dashdot", "triangle-right"),
+    Look("#b03060", "longdash", "octagon"),
 )
+ENGINE_LOOKS = {"harmonic": Look(INK, "", "square"), "solid": Look("#d62728", "", "triangle-up")}
+OTHER_ENGINE = Look("#2ca02c", "", "diamond")
 
 
 def ics_symbol(name: str) -> str:
@@ -96,8 +95,3 @@ def drawing_order(names: Iterable[str]) -> list[str]:
 def without_marker(look: Look) -> Look:
     """Return a look of a line alone."""
     return replace(look, marker="") if look.dash else look
-
-
-# Colours and markers of Matplotlib for points of approximations and of engines where they are compared.
-APPROXIMATION_MARK, OTHER_ENGINE_MARK = ("tab:blue", "o"), ("tab:green", "D")
-ENGINE_MARKS = {"harmonic": ("black", "s"), "solid": ("tab:red", "^")}

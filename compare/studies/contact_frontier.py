@@ -40,7 +40,7 @@ from femic.contact.specification import ContactProblem
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.refinement import plans, total_seconds
 from femic.reference.run_options import DEFAULT, Level, RunOptions, Solved, Watch
-from femic.results.contact import compute_contact, map_names, require_solvable, to_dataset
+from femic.results.contact import map_names, require_solvable, solve_scene, to_dataset
 from femic.results.friction import compute_with_friction
 from femic.results.ics import solver_seconds
 from femic.results.matrices import discounted
@@ -306,9 +306,9 @@ def solve_contacts(
         case = {"units": "1", "long_name": "coefficient of friction"}
         limits = ["limit"]
     else:
-        results = compute_contact(scene, options, own)
-        grids = tuple(dict.fromkeys(contact.on_grid.grid for contact in results.solved.contacts.values()))
-        dataset, limits = to_dataset(results), []
+        solved = solve_scene(scene, options, own)
+        grids = tuple(dict.fromkeys(contact.on_grid.grid for contact in solved.contacts.values()))
+        dataset, limits = to_dataset(scene, solved), []
         case = dataset.case.attrs
     estimated = [str(name) for name in dataset.data_vars if str(name).startswith(ESTIMATE)]
     kept = [
@@ -392,7 +392,7 @@ def error_variables(
     names = sorted({prefix + want.number for want in wants for prefix in ("", ESTIMATE)})
     ways = xr.DataArray(list(solutions), dims="way", name="way")
     stacked = xr.concat([solution[names] for solution in solutions.values()], ways)
-    of_reference, others = solutions[reference], stacked.way != reference
+    exact, others = solutions[reference], stacked.way != reference
 
     def over_points(values: xr.DataArray, how: str) -> xr.DataArray:
         return getattr(values, how)("point") if "point" in values.dims else values
@@ -400,9 +400,9 @@ def error_variables(
     parts = []
     for want in wants:
         number, estimate = want.number, ESTIMATE + want.number
-        scale = error_scale(want, of_reference)
-        own = of_reference[estimate] / scale
-        away = abs(stacked[number] - of_reference[number]) / scale
+        scale = error_scale(want, exact)
+        own = exact[estimate] / scale
+        away = abs(stacked[number] - exact[number]) / scale
         judged = own.notnull() & (own < np.inf)
         shares = {
             "error": away.where(others, own),
@@ -416,7 +416,7 @@ def error_variables(
             for name, share in shares.items()
         }
         part["judged"] = over_points(judged.astype(int), "sum")
-        part["points"] = over_points(of_reference[number].notnull().astype(int), "sum")
+        part["points"] = over_points(exact[number].notnull().astype(int), "sum")
         parts.append(part)
     numbers = xr.DataArray([want.name for want in wants], dims="number", name="number")
     joined = {name: xr.concat([part[name] for part in parts], numbers) for name in parts[0]}

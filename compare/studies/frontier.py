@@ -248,8 +248,8 @@ def advise(dataset: xr.Dataset, question: Question) -> Advice:
     Raises WrongInput for components or bodies that the frontier does not have; Failure where no way meets the
     tolerance, and where no error of a wanted number is known as a share.
     """
-    of_ics, best, tolerance = "component" in dataset.dims, dataset.attrs["best"], question.tolerance
-    for dimension, names in (("component", question.names), ("body", [question.body])) if of_ics else ():
+    about_ics, best, tolerance = "component" in dataset.dims, dataset.attrs["best"], question.tolerance
+    for dimension, names in (("component", question.names), ("body", [question.body])) if about_ics else ():
         if unknown := [name for name in names if name not in dataset[dimension].values]:
             raise WrongInput(
                 f"{dimension} = {', '.join(unknown)}: the scene has {', '.join(dataset[dimension].values)}"
@@ -258,12 +258,12 @@ def advise(dataset: xr.Dataset, question: Question) -> Advice:
     for name in question.names:
         if not numbers.judged.sel(number=name).any():
             raise vanishing(name, f"the estimate of the reference, {best}")
-    errors = worst(dataset, question.names, question.body if of_ics else None)
+    errors = worst(dataset, question.names, question.body if about_ics else None)
     number = cheapest(errors.bound.values, errors.seconds.values, tolerance)
     if number < 0:
         nearest = errors.isel(way=int(np.argmin(np.nan_to_num(errors.bound.values, nan=np.inf))))
         known = f"no way meets {tolerance:g}: the best, {nearest.way.item()}, "
-        if of_ics:
+        if about_ics:
             raise Failure(
                 f"{known}has errors up to {nearest.bound.item():.2g}: give a larger tolerance, or fewer "
                 "components"
@@ -279,7 +279,7 @@ def advise(dataset: xr.Dataset, question: Question) -> Advice:
         )
     way = errors.isel(way=number)
     name, ics, bound = (way[key].item() for key in ("way", "ics", "bound"))
-    if of_ics:
+    if about_ics:
         label, changes = str(way.label.item()), dict[str, Any]()
         vanishes = dataset.vanishes.sel(body=question.body, component=way.number.item()).item()
         note = "; it vanishes in C, so that is a share of 0.05 C_nn" if vanishes else ""
@@ -460,8 +460,8 @@ def frontier_dataset(
     seconds = [[clocked[name, body] for body in scene.compared] for name in variants]
     seconds += [[one.seconds["C", body] for body in scene.compared] for one in computed.values()]
     none = [0] * len(variants)
-    unknowns = [*none, *(max(cost.unknowns for cost in of_way) for of_way in costs)]
-    memory = [*map(float, none), *(max(cost.peak_memory for cost in of_way) for of_way in costs)]
+    unknowns = [*none, *(max(cost.unknowns for cost in models) for models in costs)]
+    memory = [*map(float, none), *(max(cost.peak_memory for cost in models) for models in costs)]
     return xr.Dataset(
         {
             name: (dims, np.stack(tables[name], axis=1), {"units": "1", "meaning": meaning})

@@ -82,11 +82,11 @@ def contact(
                 solved, choice = load_scene(name, chosen.changes), chosen.text
                 console.print(choice, soft_wrap=True)
             if solved.contact.friction is None:
-                results = compute.compute_contact(solved, options, c_map.maps_of_scene(solved))
-                contacts[solved.name] = results
-                others = supports.changed_supports(results.solved, options)
-                stored = fe_page.stored_solution(results, options.store)
-                report = page.write_contact(results, folder, others, stored, choice=choice)
+                found = compute.solve_scene(solved, options, c_map.maps_of_scene(solved))
+                contacts[solved.name], others = found, supports.changed_supports(found, options)
+                dataset = compute.with_supports(compute.to_dataset(solved, found), others)
+                stored = fe_page.stored_solution(solved, dataset, options.store)
+                report = page.write_contact(solved, dataset.assign_attrs(choice=choice), folder, stored)
             else:
                 dataset = friction_compute.compute_with_friction(solved, options)
                 dataset = friction_compute.with_supports(solved, dataset, options)
@@ -118,11 +118,11 @@ def fe_contact(
     folder = work.folder(loaded)
     with work.options(folder, console) as options:
         with_ics = compute.compute_contact(loaded, options, c_map.maps_of_scene(loaded))
-        fe_dataset = fe_compute.compute_fe_contact(loaded, compute.to_dataset(with_ics), options, cells)
-        report = fe_page.write_fe_contact(fe_dataset, folder)
-        with_both = page.write_contact(
-            with_ics, folder, further=fe_page.stored_solution(with_ics, options.store)
+        report = fe_page.write_fe_contact(
+            fe_compute.compute_fe_contact(loaded, with_ics, options, cells), folder
         )
+        stored = fe_page.stored_solution(loaded, with_ics, options.store)
+        with_both = page.write_contact(loaded, with_ics, folder, stored)
     for path in (report, with_both):
         announce(path, console)
 

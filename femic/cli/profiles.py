@@ -22,8 +22,10 @@ from geometries.profiles.sections import SectionChoice
 from geometries.profiles.standards import NAMED
 
 with lazy_imports():
+    import xarray as xr
+
     from compare.pages import profiles as page
-    from femic.results import profiles as understood
+    from femic.results import profiles as results
 
 ARGUMENTS = re.compile(
     r"\b(give )?(kind|axes|unit|surface|section|section_at|tolerance) = "
@@ -81,8 +83,9 @@ def profiles(
         console.print(table)
         return
     reading = Reading(kind, axes, unit, surface, tolerance, SectionChoice(section, section_at))
-    ones = [_understood(name, reading) for name in names]
-    files, own_kind = [one.file for one in ones], ones[0].kind
+    read = [_read(name, reading) for name in names]
+    ones = [one for one, _ in read]
+    files, own_kind = [one.attrs["file"] for one in ones], ones[0].attrs["kind"]
     if twice := next((file for k, file in enumerate(files) if file in files[:k]), None):
         raise WrongInput(f"{twice}: given twice; leave one out")
     if write is not None:
@@ -97,14 +100,14 @@ def profiles(
     for one, target in zip(ones, targets, strict=True):
         with folders.locked(target):
             report = page.write_profile_page(one, target)
-        console.print(" ".join([page.summary(one), *page.doubts(one)]), soft_wrap=True)
+        console.print(" ".join(filter(None, [page.summary(one), one.attrs["doubt"]])), soft_wrap=True)
         announce(report, console)
     if write is not None:
-        write_profile(ones[0].as_points(), write)
+        write_profile(read[0][1](), write)
         console.print(f"Written: {write}", soft_wrap=True)
 
 
-def _understood(name: str, reading: Reading) -> "understood.Understood":
+def _read(name: str, reading: Reading) -> "tuple[xr.Dataset, results.MakePoints]":
     """Return a profile of a file, or one of the package of a name; raise WrongInput."""
     path = Path(name)
     if path.exists():
@@ -116,7 +119,7 @@ def _understood(name: str, reading: Reading) -> "understood.Understood":
                 lambda found: f"{found[1] or ''}--{found[2].replace('_', '-')} ", str(error)
             )  # arguments of the readers as options of the command
             raise WrongInput(text) from error
-        return understood.of_file(prepared, path)
+        return results.file_profile(prepared, path)
     if name not in NAMED:
         similar = [known for known in NAMED if get_close_matches(name.lower(), [known.lower()], 1, 0.5)]
         hint = f"; did you mean {' or '.join(similar)}?" if similar else "."
@@ -126,4 +129,4 @@ def _understood(name: str, reading: Reading) -> "understood.Understood":
         )
     if reading != Reading():
         raise WrongInput(f"{name}: a profile of the package: leave out the options of files")
-    return understood.of_package(name)
+    return results.package_profile(name)

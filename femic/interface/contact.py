@@ -14,7 +14,7 @@ from femic.interface.arguments import array, check_fields, with_checked_argument
 from femic.interface.bodies import Pair, checked, given
 from femic.interface.matrices import matrix_grid, matrix_name, ordered
 from femic.interface.options import DEFAULT, Options, in_turn, make_scene
-from femic.results.contact import compute_contact, to_dataset
+from femic.results.contact import compute_contact
 from femic.results.friction import compute_with_friction
 from femic.scenes.contact import ContactTable, contact_specification
 from geometries.errors import WrongInput
@@ -204,4 +204,4 @@ def solve_contact(
         own[name] = GivenICs(matrix_grid(matrix), matrix.ic.values, estimate)
     if scene.contact.friction:
         return compute_with_friction(scene, options.run, own)
-    return to_dataset(compute_contact(scene, options.run, own))
+    return compute_contact(scene, options.run, own)

@@ -12,7 +12,7 @@ from femic.interface.arguments import check_fields, new_file, shown, with_checke
 from femic.interface.bodies import checked, given, plain
 from femic.interface.options import DEFAULT, Options, in_turn
 from femic.results import wheelset
-from femic.results.profiles import Understood, of_file, of_package, to_dataset
+from femic.results.profiles import MakePoints, file_profile, package_profile
 from femic.scenes.load import merged
 from femic.scenes.profiles import ProfileTable, Reading, prepared_file
 from femic.shifts.specification import parse_specification
@@ -43,7 +43,7 @@ class Profile:
     section: int | None = None
     section_at: float | None = None
     tolerance: float | Literal["cross-validation"] = 0.0
-    understood: Understood = field(init=False, repr=False, compare=False)  # not public
+    _read: tuple[xr.Dataset, MakePoints] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -54,7 +54,7 @@ class Profile:
         if self.standard is None:
             path, section = Path(self.file or ""), SectionChoice(self.section, self.section_at)
             reading = Reading(self.kind, self.axes, self.unit, self.surface, self.tolerance, section)
-            understood = of_file(prepared_file(path, reading), path)
+            read = file_profile(prepared_file(path, reading), path)
         else:
             if self.standard not in NAMED:
                 raise WrongInput(f"standard = {self.standard!r}: give one of {', '.join(NAMED)}, or a file")
@@ -65,8 +65,8 @@ class Profile:
                         f"{key.name} = {shown(getattr(self, key.name))}: is of files, and standard = "
                         f"{self.standard!r} is of the package: leave it out"
                     )
-            understood = of_package(self.standard)
-        object.__setattr__(self, "understood", understood)
+            read = package_profile(self.standard)
+        object.__setattr__(self, "_read", read)
 
     @property
     def keys(self) -> dict[str, Any]:
@@ -85,7 +85,7 @@ class Profile:
         `inclination` [rad] is positive where the curve falls as y grows. The attribute `notes` has sentences
         about what was done.
         """
-        return to_dataset(self.understood)
+        return self._read[0].copy()
 
     @with_checked_arguments
     def at(
@@ -117,7 +117,8 @@ def write_profile(profile: Profile, path: str | Path) -> None:
 
     Reading the file gives the same points [mm]. Raises WrongInput.
     """
-    files.write_profile(profile.understood.as_points(), new_file(path))
+    _, make_points = profile._read
+    files.write_profile(make_points(), new_file(path))
 
 
 @with_checked_arguments
@@ -142,7 +143,7 @@ def compute_shifts(
     """
     keys: dict[str, Any] = {"shifts": shifts}
     for kind, profile in (("rail", rail), ("wheel", wheel)):
-        if (seen := profile.understood.kind) != kind:
+        if (seen := profile.data.attrs["kind"]) != kind:
             raise WrongInput(f"{kind} = {profile.standard or str(profile.file)!r}: the profile of a {seen}")
         own = profile.keys
         keys[kind] = {"profile": profile.standard or own.pop("file")} | own

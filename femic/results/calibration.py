@@ -13,6 +13,7 @@ from approx.effective import EffectiveProperties
 from approx.pair import Pair
 from femic.cache.digests import results_digest, versions
 from femic.reference.run_options import DEFAULT, RunOptions
+from femic.results import ics_dataset
 from femic.results.ics import Results, compute, line_points, reference_ics, solids, with_approximations
 from femic.scenes.calibration import calibration_misfits
 from femic.scenes.errors import require_none
@@ -27,16 +28,20 @@ COMPARED_VARIANTS = ("A", "B", "Bhat")  # variants that the report compares with
 
 
 @dataclass(frozen=True, eq=False)
-class Calibrated:
-    """A scene with fitted properties, its results, the fits and their targets."""
+class FittedScene:
+    """A scene with fitted properties, its ICs on its own lines, the fits and their targets by body.
 
-    scene: Scene  # with the fitted properties
-    results: Results  # on the lines of the scene and of its calibration
-    fits: Mapping[str, Fit]  # by body
-    targets: Mapping[str, Target]  # by body
+    `errors` are those of `errors.nc`, the worst over the scene's own lines.
+    """
+
+    scene: Scene
+    ics: xr.Dataset
+    errors: xr.Dataset
+    fits: Mapping[str, Fit]
+    targets: Mapping[str, Target]
 
 
-def calibrate(scene: Scene, options: RunOptions = DEFAULT) -> Calibrated:
+def calibrate(scene: Scene, options: RunOptions = DEFAULT) -> FittedScene:
     """Compute C on the lines of the scene and of its calibration, and fit effective properties to it.
 
     Raises BadScene if the calibration does not fit the scene, NotConverged as `compute` does.
@@ -55,8 +60,10 @@ def calibrate(scene: Scene, options: RunOptions = DEFAULT) -> Calibrated:
         curvature_apart=calibration.curvature_apart if "combined" in fits else scene.curvature_apart,
         variants=tuple(dict.fromkeys((*scene.variants, *COMPARED_VARIANTS, "Bhat_prime"))),
     )
-    results = with_approximations(results, calibrated)
-    return Calibrated(replace(calibrated, lines=scene.lines), results, fits, targets)
+    ics = ics_dataset.to_dataset(with_approximations(results, calibrated))
+    ics = ics.isel(point=np.isin(ics.line.values, [line.name for line in scene.lines]))
+    errors = ics_dataset.errors_in(ics)[["error", "weight", "vanishes"]].max("line", skipna=False)
+    return FittedScene(replace(calibrated, lines=scene.lines), ics, errors, fits, targets)
 
 
 def extended(scene: Scene) -> Scene:
@@ -155,7 +162,7 @@ def properties_table(scene: Scene, body: str, properties: EffectiveProperties) -
     return table
 
 
-def to_dataset(calibrated: Calibrated) -> xr.Dataset:
+def to_dataset(calibrated: FittedScene) -> xr.Dataset:
     """Return the fits with covariances and residuals, and the fitted points, weights and ICs [mm/N].
 
     `value`, `note` (body, parameter) and `covariance` are those of the parameters; `rms`, `worst` (body,

@@ -5,7 +5,6 @@ The dataset has the numbers with their estimates, and pressures and gaps by plac
 
 import json
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from femic.contact.pairs import ics as given_ics
 from femic.contact.pairs.ics import NONE_GIVEN, C, NormalICs
 from femic.contact.pairs.quantities import OF_FRICTIONLESS, numbers
 from femic.reference.run_options import DEFAULT, RunOptions
+from femic.results.matrices import discounted
 from femic.scenes.engine import matrix_engine_misfits
 from femic.scenes.errors import BadScene, require_none
 from femic.scenes.ic_names import is_map
@@ -30,14 +30,6 @@ from femic.scenes.scene import Scene
 from geometries.arrays import Array
 
 # --- the solution ---------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, eq=False)
-class ContactResults:
-    """The frictionless contacts of a scene."""
-
-    scene: Scene
-    solved: FrictionlessContacts
 
 
 def require_solvable(scene: Scene, given: Collection[str] = ()) -> None:
@@ -76,15 +68,22 @@ def reference_name(ics: Sequence[str]) -> str:
     return given_ics.reference_name(ics, map_names(ics))
 
 
-def compute_contact(
+def solve_scene(
     scene: Scene, options: RunOptions = DEFAULT, given: Mapping[str, NormalICs] = NONE_GIVEN
-) -> ContactResults:
+) -> FrictionlessContacts:
     """Solve all frictionless contacts of a scene; `given` are ICs by name, such as its maps of C.
 
     Raises BadScene for what cannot be solved, and Failure as `femic.contact`.
     """
     require_solvable(scene, given)
-    return ContactResults(scene, solve_frictionless(scene.contact_problem, options, given))
+    return solve_frictionless(scene.contact_problem, options, given)
+
+
+def compute_contact(
+    scene: Scene, options: RunOptions = DEFAULT, given: Mapping[str, NormalICs] = NONE_GIVEN
+) -> xr.Dataset:
+    """Return the dataset of all frictionless contacts of a scene; raises as `solve_scene`."""
+    return to_dataset(scene, solve_scene(scene, options, given))
 
 
 # --- the dataset ----------------------------------------------------------------------------------------
@@ -126,7 +125,7 @@ def padded(arrays: Sequence[Array]) -> Array:
     return whole
 
 
-def to_dataset(results: ContactResults) -> xr.Dataset:
+def to_dataset(scene: Scene, solution: FrictionlessContacts) -> xr.Dataset:
     """Return numbers by case, a prescribed load or approach, and ICs, and pressures and gaps by place.
 
     Each case has a grid of its own: `x` and `s` [mm] are its places, and beyond them all is NaN.
@@ -137,7 +136,7 @@ def to_dataset(results: ContactResults) -> xr.Dataset:
     `finite_strain_p_max` is by how much strains that are not small may change p_max
     (`femic.contact.finite_strain`), with all ICs alike: it is in no estimate.
     """
-    scene, solution, dims = results.scene, results.solved, ("case", "ics")
+    dims = ("case", "ics")
     solved = [[solution.contacts[loading, name] for name in solution.ics] for loading in solution.loadings]
     nothing = dict.fromkeys(OF_FRICTIONLESS, np.nan)
 
@@ -202,6 +201,7 @@ def to_dataset(results: ContactResults) -> xr.Dataset:
         title=f"Frictionless contact: {scene.title}",
         meaning="pressures of the upper on the lower body along its normals; x, s of the lower surface",
         references=json.dumps(references),
+        discounted=discounted(scene),
         **provenance(scene, solution.seconds),
     )
 

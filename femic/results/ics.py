@@ -6,7 +6,7 @@ Errors are shares: of C's components, of max |C_nn|, and on the scale of refinem
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from itertools import product
 from timeit import repeat
 
@@ -38,13 +38,25 @@ class Results:
     """All ICs of a scene per unit total load [mm/N], shape (3, 3, n_points) each."""
 
     scene: Scene
-    points: Points
-    lines: Mapping[str, slice]  # which points belong to which line
-    jobs: Mapping[str, Job]  # by solved body
     references: Mapping[str, Reference]  # by solved body
     checks: Mapping[str, Reference]  # by solved body, with the solid engine where it is the check, else empty
     approximations: Mapping[tuple[str, str], Array]  # by (variant, body)
     seconds: Mapping[tuple[str, str], float]  # by (variant, body); of C, the sum over its models
+
+    @cached_property
+    def points(self) -> Points:
+        """The points of all lines."""
+        return scene_points(self.scene)[0]
+
+    @cached_property
+    def lines(self) -> dict[str, slice]:
+        """Which points belong to which line."""
+        return scene_points(self.scene)[1]
+
+    @cached_property
+    def jobs(self) -> dict[str, Job]:
+        """The jobs by solved body."""
+        return jobs(self.scene)
 
     @property
     def variants(self) -> tuple[str, ...]:
@@ -109,20 +121,19 @@ def compute(scene: Scene, options: RunOptions = DEFAULT) -> Results:
     Solved models are stored. Raises NotConverged where the estimated error of the compared ICs cannot be
     reduced to the tolerance.
     """
-    reference_jobs, combined = jobs(scene), "combined" in scene.compared
-    solved = references(reference_jobs, options, combined=combined)
+    combined = "combined" in scene.compared
+    solved = references(jobs(scene), options, combined=combined)
     checks: dict[str, Reference] = {}
     if scene.check:
         options.watch.on_stage(f"  check with the {scene.check.settings.engine.name} engine")
         checks = references(jobs(scene.check), options, combined=combined)
-    points, lines = scene_points(scene)
-    approximations, seconds = approximate_all(scene, points)
-    for variant, of_variant in (("C", solved), ("C_solid", checks)):
-        if of_variant:
-            per_body = {name: solver_seconds(reference.models) for name, reference in of_variant.items()}
+    approximations, seconds = approximate_all(scene, scene_points(scene)[0])
+    for variant, solution in (("C", solved), ("C_solid", checks)):
+        if solution:
+            per_body = {name: solver_seconds(reference.models) for name, reference in solution.items()}
             summed = per_body | {"combined": sum(per_body.values())}
             seconds |= {(variant, name): value for name, value in summed.items()}
-    return Results(scene, points, lines, reference_jobs, solved, checks, approximations, seconds)
+    return Results(scene, solved, checks, approximations, seconds)
 
 
 def approximate_all(

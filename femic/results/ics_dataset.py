@@ -56,7 +56,7 @@ def to_dataset(results: Results) -> xr.Dataset:
     )
     c = [reference_ics(results, body) for body in bodies]
     estimates = {
-        name: ([getattr(of_body, part) for of_body in c], meaning) for part, (name, meaning) in PARTS.items()
+        name: ([getattr(each, part) for each in c], meaning) for part, (name, meaning) in PARTS.items()
     }
     if results.checks:
         checks = [check_ics(results, body).estimate for body in bodies]
@@ -162,7 +162,7 @@ def _attributes(results: Results) -> dict[str, str | float]:
         "solver": settings.solver,
         "relative residual": RESIDUAL,
     }
-    of_engine = {  # defaults included
+    engine_settings = {  # defaults included
         "engine": settings.engine.description,
         "tolerance": settings.tolerance,
         "most_unknowns": settings.most_unknowns,
@@ -183,7 +183,7 @@ def _attributes(results: Results) -> dict[str, str | float]:
         "domain": json.dumps(domain),
         "models": json.dumps({name: asdict(cost) for name, cost in results.models.items()}),
         "seconds": json.dumps({f"{v} {body}": value for (v, body), value in results.seconds.items()}),
-        "settings": json.dumps(of_engine),
+        "settings": json.dumps(engine_settings),
         "warnings": json.dumps(list(warnings(scene))),
         "versions": json.dumps(versions()),
         "code": results_digest(),
@@ -244,7 +244,7 @@ def errors(results: Results, dataset: xr.Dataset) -> xr.Dataset:
     )
     if "estimate_solid" in dataset:
         both = (dataset.estimate + dataset.estimate_solid).transpose("body", *LOCAL).values
-        shares = [_stack(measures[body].shares(of_body)) for body, of_body in zip(bodies, both, strict=True)]
+        shares = [_stack(measures[body].shares(each)) for body, each in zip(bodies, both, strict=True)]
         measured["estimate_both"] = ACCURACY_OF_C["estimate_both"][0], np.stack(shares)
     solved = {
         name: (ics_measure(results, name), reference.c) for name, reference in results.references.items()

@@ -15,7 +15,7 @@ from approx.variants import needs_effective
 from femic.cache.digests import results_digest, versions
 from femic.cache.files import replacing
 from femic.cache.workers import one_blas_thread
-from femic.contact.operators.dense import Reciprocity, reciprocity, smallest_eigenvalues
+from femic.contact.operators.dense import reciprocity, smallest_eigenvalues
 from femic.contact.pairs.ics import domain_on
 from femic.ic_errors.matrix_deviation import Deviation, ReferenceColumn
 from femic.reference.discount import AXES
@@ -111,32 +111,17 @@ def discounted(scene: Scene) -> str:
 LARGEST_WHOLE_MATRIX = 40_000_000  # entries of a matrix held as a whole, for reciprocity and eigenvalues
 
 
-@dataclass(frozen=True, eq=False)
-class MatrixResults:
-    """The IC matrices of a scene's bodies, their errors, and how well they satisfy reciprocity and energy."""
-
-    scene: Scene
-    matrices: Mapping[str, MatrixReference]  # by solved body
-    errors: Mapping[str, Shares]  # largest estimated error, by body compared
-    reciprocity: Mapping[str, Reciprocity]  # defect of the raw matrix, by solved body
-    # smallest of the symmetric part, over the least IC xx, ss, nn of an element on itself
-    eigenvalues: Mapping[str, float]
-    deviations: Mapping[str, Mapping[str, Deviation]]  # from C after the source's discount, by body, variant
-    seconds: float
-    memory: float  # peak of this process [MB]
-
-
 def combined_columns(
     scene: Scene,
     solved: Mapping[str, MatrixReference],
     strip: int,
-    of_solved: Mapping[str, EstimatedICs] | None = None,
+    known: Mapping[str, EstimatedICs] | None = None,
 ) -> dict[str, EstimatedICs]:
     """Return C of each body compared due to unit loads on a strip, arrays (3, 3, n_x, n_s) [mm/N].
 
-    `of_solved` are those of the solved bodies, where they are at hand.
+    `known` are those of the solved bodies, where they are at hand.
     """
-    columns = dict(of_solved or {body: reference.column(strip) for body, reference in solved.items()})
+    columns = dict(known or {body: reference.column(strip) for body, reference in solved.items()})
     if "combined" in scene.compared:
         columns["combined"] = pair_column(solved, scene.bodies["lower"].contour, strip, columns)
     return {body: columns[body] for body in scene.compared}
@@ -165,6 +150,17 @@ def matrix_shape(scene: Scene) -> tuple[int, int, int, int, int]:
 DIMENSIONS = ("body", "lag", "observed", "loaded", "i", "j")
 DIRECTIONS_LAST = 2, 3, 0, 1  # of a column (i, j, lag, observing strip)
 VARIABLES = (("ic", "f8", "C after the discount"), ("estimate", "f4", "estimated error of C"))
+DEVIATIONS = {  # from C after the source's discount, of C its estimate: of `Deviation`, and meaning
+    "displacement_error": ("own_displacement_error", "error of displacements, share of the component's own"),
+    "displacement_weight": ("displacement_error", "the same, share of displacements by normal tractions"),
+    "displacement_vanishes": (
+        "negligible",
+        "1: C causes no displacement that is known; errors are of a zero",
+    ),
+    "entry_error": ("worst", "error of entries far from the load, share of the component's largest there"),
+    "near_entry_error": ("near", "error of entries near the load, share of A_nn there"),
+    "entry_vanishes": ("vanishing", "1: C vanishes far from the load; errors are shares of 0.05 max |C_nn|"),
+}
 
 
 class MatrixFile:
@@ -193,9 +189,16 @@ class MatrixFile:
         self._options.watch.on_stage("  checking, writing")
         scene, grid, mm = self._scene, self._scene.grid, {"units": "mm"}
         moments = np.stack([reference.discount for reference in references.values()])
+        variants = [*scene.variants, "C"]
+        unknown = np.full((len(scene.compared), len(variants), 3, 3), np.nan)
         xr.Dataset(
-            {"discount": (("solved", "moved", "force"), moments)},
+            {"discount": (("solved", "moved", "force"), moments)}
+            | {
+                name: (("body", "variant", "i", "j"), unknown, {"units": "1", "long_name": meaning})
+                for name, (_, meaning) in DEVIATIONS.items()
+            },
             coords={
+                "variant": variants,
                 "lag": ("lag", grid.lags, mm),
                 "observed": ("observed", grid.strips, mm),
                 "loaded": ("loaded", grid.strips, mm),
@@ -263,38 +266,58 @@ class MatrixFile:
             for name, deviation in made.deviations[body].items():
                 joined[name] = joined[name].merge(deviation) if name in joined else deviation
 
-    def finished(self, start: float) -> MatrixResults:
-        """Return the results, written to the file; `start` is when the run began [s].
+    def finish(self, start: float) -> Mapping[str, MatrixReference]:
+        """Write what holds for whole matrices; return C of the solved bodies. `start`: of the run [s].
 
         All matrices are read back, so that HDF5 compares the checksums of all pieces (OSError).
         """
         assert self._file is not None  # as `begin` has made sure
         scene = self._scene
-        assert all(len(of_body) == scene.grid.n_s for of_body in self._errors.values())
+        assert all(len(strips) == scene.grid.n_s for strips in self._errors.values())
         whole = {f"{body}, raw": ics for body, ics in self._raw.items()}
         whole |= {f"{body}, discounted": ics for body, ics in self._discounted.items()}
         with one_blas_thread():
             smallest = smallest_eigenvalues(whole.values(), self._options.workers)
-        results = MatrixResults(
-            scene,
-            self._solved,
-            {body: worst_shares(strip_errors) for body, strip_errors in self._errors.items()},
+        variants = [*scene.variants, "C"]
+        for b, by_variant in enumerate(self._deviations.values()):
+            for variant, deviation in by_variant.items():
+                for name, (key, _) in DEVIATIONS.items():
+                    self._file[name][b, variants.index(variant)] = getattr(deviation, key)
+        estimates = {body: asdict(worst_shares(strips)) for body, strips in self._errors.items()}
+        defects = {
+            body: asdict(reciprocity(ics, scene.bodies[body].contour, scene.grid))
+            for body, ics in self._raw.items()
+        }
+        models = {name: asdict(cost) for name, cost in costs_by_model(self._solved).items()}
+        self._file.attrs.update(
             {
-                body: reciprocity(ics, scene.bodies[body].contour, scene.grid)
-                for body, ics in self._raw.items()
-            },
-            dict(zip(whole, smallest, strict=True)),
-            self._deviations,
-            perf_counter() - start,
-            peak_memory(),
+                "title": f"IC matrix: {scene.title}",
+                "meaning": "displacement at an observing strip, direction i, at a lag along x, per unit "
+                "traction on an element of a loaded strip, direction j, after the discount; lags < 0: xs, "
+                "xn, sx, nx change sign",
+                "scene": scene.text,
+                "dx": scene.grid.dx,
+                "ds": scene.grid.ds,
+                "tolerance": scene.settings.tolerance,
+                "discounted": scene.discount,
+                "far_radius": domain_on(scene.contact_problem, scene.grid).far_radius,
+                "estimated_error": json.dumps(estimates),  # the largest
+                "reciprocity_defect": json.dumps(defects),  # of raw matrices
+                # of the symmetric part, over the least IC xx, ss, nn of an element on itself
+                "smallest_eigenvalue": json.dumps(dict(zip(whole, smallest, strict=True))),
+                "models": json.dumps(models),
+                "seconds": perf_counter() - start,
+                "peak_memory": peak_memory(),  # of this process [MB]
+                "code": results_digest(),
+                "versions": json.dumps(versions()),
+            }
         )
-        self._file.attrs.update(_attributes(results))
         self.discard()
         with h5netcdf.File(self._path, "r") as file:
             for name, _, _ in VARIABLES:
                 for strip in range(file[name].shape[3]):
                     file[name][:, :, :, strip]
-        return results
+        return self._solved
 
     def discard(self) -> None:
         """Close the file."""
@@ -309,48 +332,23 @@ def file_size(scene: Scene) -> int:
     return len(scene.compared) * entry_bytes * int(np.prod(matrix_shape(scene)))
 
 
-def _attributes(results: MatrixResults) -> dict[str, str | float]:
-    scene = results.scene
-    models = {name: asdict(cost) for name, cost in costs_by_model(results.matrices).items()}
-    return {
-        "title": f"IC matrix: {scene.title}",
-        "meaning": "displacement at an observing strip, direction i, at a lag along x, per unit traction on "
-        "an element of a loaded strip, direction j, after the discount; lags < 0: xs, xn, sx, nx change sign",
-        "scene": scene.text,
-        "dx": scene.grid.dx,
-        "ds": scene.grid.ds,
-        "tolerance": scene.settings.tolerance,
-        "discounted": scene.discount,
-        "far_radius": domain_on(scene.contact_problem, scene.grid).far_radius,
-        "estimated_error": json.dumps({name: asdict(shares) for name, shares in results.errors.items()}),
-        "reciprocity_defect": json.dumps(
-            {name: asdict(defect) for name, defect in results.reciprocity.items()}
-        ),
-        "smallest_eigenvalue": json.dumps(dict(results.eigenvalues)),
-        "models": json.dumps(models),
-        "seconds": results.seconds,
-        "peak_memory": results.memory,
-        "code": results_digest(),
-        "versions": json.dumps(versions()),
-    }
-
-
 # --- the computation ------------------------------------------------------------------------------------
 
 
 FIRST_SECONDS, SECONDS_PER_ENTRY = 1.5, 0.4e-6  # of making, checking and writing matrices; by body compared
 
 
-def compute_matrix(scene: Scene, path: Path, options: RunOptions = DEFAULT) -> MatrixResults:
+def compute_matrix(scene: Scene, path: Path, options: RunOptions = DEFAULT) -> Mapping[str, MatrixReference]:
     """Compute the matrices of a scene and write them to a NetCDF file, one loaded strip at a time.
 
-    Raises BadScene where the grid does not fit, and NotConverged as `femic.reference.refinement.references`.
+    Returns C of the solved bodies, of which every column can be made after each discount. Raises BadScene
+    where the grid does not fit, and NotConverged as `femic.reference.refinement.references`.
     """
     start = perf_counter()
     jobs, combined = matrix_jobs(scene, further=(SOURCE,)), "combined" in scene.compared
     with replacing(path) as unfinished, MatrixFile(scene, unfinished, options) as file:
         matrices(jobs, options, combined=combined, consumer=file)
-        return file.finished(start)
+        return file.finish(start)
 
 
 def expected_seconds(scene: Scene) -> float:

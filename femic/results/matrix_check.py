@@ -1,5 +1,6 @@
 """Check some columns of the IC matrix with the solid engine, which has no strips, lags or wavenumbers."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -7,10 +8,11 @@ import numpy as np
 from femic.ic_errors.error_measure import Measure, far_from
 from femic.reference.engine import Points
 from femic.reference.job import Job, component_of
+from femic.reference.matrix.reference import MatrixReference
 from femic.reference.refinement import references
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.results.ics import solver_seconds
-from femic.results.matrices import SOURCE, MatrixResults
+from femic.results.matrices import SOURCE
 from femic.scenes.engine import CHECK_ENGINE, CHECK_TOLERANCE
 from femic.scenes.scene import Scene
 from geometries.bodies import Domain
@@ -39,12 +41,14 @@ def checked_strips(scene: Scene) -> list[int]:
     return sorted({round(place) for place in places})
 
 
-def check_columns(results: MatrixResults, options: RunOptions = DEFAULT) -> list[ColumnCheck]:
-    """Solve columns with the solid engine and compare them with the matrix, strip by strip.
+def check_columns(
+    scene: Scene, solved: Mapping[str, MatrixReference], options: RunOptions = DEFAULT
+) -> list[ColumnCheck]:
+    """Solve columns with the solid engine and compare them with C of the solved bodies, strip by strip.
 
     Loads on a strip are observed on some strips, at all lags but 0.
     """
-    scene, grid, checks = results.scene, results.scene.grid, []
+    grid, checks = scene.grid, list[ColumnCheck]()
     size = CHECK_ENGINE.far_radius(CHECK_TOLERANCE)
     for strip in checked_strips(scene):
         options.watch.on_stage(f"  check with the {CHECK_ENGINE.name} engine: strip {strip}")
@@ -66,11 +70,11 @@ def check_columns(results: MatrixResults, options: RunOptions = DEFAULT) -> list
                 lines={f"strip {m}": slice(k, None, len(observed)) for k, m in enumerate(observed)},
                 settings=settings,
             )
-            for body in results.matrices
+            for body in solved
         }
-        solved = references(jobs, options)
+        by_solid = references(jobs, options)
         for body, job in jobs.items():
-            column, c = results.matrices[body].column(strip, SOURCE), solved[body].c
+            column, c = solved[body].column(strip, SOURCE), by_solid[body].c
             ic, estimate = (
                 part[:, :, 1:, observed].reshape(3, 3, -1) for part in (column.ic, column.estimate)
             )
@@ -83,5 +87,5 @@ def check_columns(results: MatrixResults, options: RunOptions = DEFAULT) -> list
             ]
             worst = max(one for one in compared if not component_of(measure.vanishing, one[1]))
             closest = max(share / bound for share, _, bound in compared if bound > 0)
-            checks.append(ColumnCheck(body, strip, *worst, closest, solver_seconds(solved[body].models)))
+            checks.append(ColumnCheck(body, strip, *worst, closest, solver_seconds(by_solid[body].models)))
     return checks

@@ -1,56 +1,36 @@
-"""A profile as it was understood: from a file, smoothed, or a standard."""
+"""A profile as it was understood, from a file, smoothed, or a standard: its dataset, and it as points."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
-from geometries.profiles.noise import ProfileFigure, profile_figure
+from geometries.profiles.noise import ProfileFigure, noise, profile_figure
 from geometries.profiles.preparation import Prepared, equal_steps, sampled
-from geometries.profiles.profile import Kind, Profile
+from geometries.profiles.profile import Profile
 from geometries.profiles.standards import Worn, named, standard_profile
 
 SPACING = 0.1  # mm, of curves in figures and files
 UM = 1e3  # per mm
+MakePoints = Callable[[], Profile]
+About = dict[str, str | int]  # attributes of the dataset
 
 
-@dataclass(frozen=True, eq=False)
-class Understood:
-    """A profile: where it comes from, what a figure shows of it, and a function that makes it as points.
-
-    `file` is the path of its file, absolute; of the package, its name.
-    """
-
-    kind: Kind
-    source: str
-    file: str
-    figure: ProfileFigure
-    is_exact: bool  # a standard: its curve is no fit to points
-    is_smoothed: bool
-    as_points: Callable[[], Profile]
-
-    @property
-    def length(self) -> float:
-        """Length [mm]."""
-        return float(self.figure.s[-1])
+def file_profile(prepared: Prepared, path: Path) -> tuple[xr.Dataset, MakePoints]:
+    """Return a profile of a file by the curve that was made of its points: see `to_dataset`."""
+    return _describe(prepared, path.name, str(path.resolve()))
 
 
-def of_file(prepared: Prepared, path: Path) -> Understood:
-    """Return a profile of a file by the curve that was made of it."""
-    return _of_prepared(prepared, path.name, str(path.resolve()))
-
-
-def of_package(name: str) -> Understood:
+def package_profile(name: str) -> tuple[xr.Dataset, MakePoints]:
     """Return a profile of the package, standard or worn, by its name; raise WrongInput.
 
     The points of a standard are the ends of its pieces.
     """
     entry = named(name)
     if isinstance(entry, Worn):
-        return _of_prepared(entry.outline, f"{name}, {entry.source}", name)
+        return _describe(entry.outline, f"{name}, {entry.source}", name)
     outline, joints = entry.outline, entry.outline.joints
     s = np.unique(np.concatenate([equal_steps(outline.length, SPACING), joints]))
     figure = ProfileFigure(
@@ -66,26 +46,38 @@ def of_package(name: str) -> Understood:
         rounding="",
         notes=(f"{len(outline.pieces)} exact pieces by {entry.source}.",),
     )
-    as_points = partial(standard_profile, name, SPACING)
-    return Understood(entry.kind, entry.title, name, figure, True, False, as_points)
+    about: About = {
+        "kind": entry.kind,
+        "source": entry.title,
+        "file": name,
+        "exact": 1,
+        "smoothed": 0,
+        "doubt": "",
+    }
+    return to_dataset(figure, about), partial(standard_profile, name, SPACING)
 
 
-def _of_prepared(prepared: Prepared, source: str, file: str) -> Understood:
-    """Return a profile by the curve that was made of its points."""
+def _describe(prepared: Prepared, source: str, file: str) -> tuple[xr.Dataset, MakePoints]:
     figure, is_smoothed = profile_figure(prepared, SPACING), prepared.smoothing.length > 0
-    return Understood(prepared.kind, source, file, figure, False, is_smoothed, partial(_points, prepared))
+    about: About = {"kind": prepared.kind, "source": source, "file": file}
+    about |= {"exact": 0, "smoothed": int(is_smoothed), "doubt": noise(figure)}
+    return to_dataset(figure, about), partial(_make_points, prepared)
 
 
-def _points(prepared: Prepared) -> Profile:
+def _make_points(prepared: Prepared) -> Profile:
     """Return the given points, or as many of a smoothed curve."""
     if prepared.smoothing.length > 0:
         return sampled(prepared, prepared.length / (len(prepared.places) - 1))
     return Profile(prepared.kind, prepared.points, prepared.name, prepared.notes)
 
 
-def to_dataset(understood: Understood) -> xr.Dataset:
-    """Return the curve over its arc length s, and the points, as labelled arrays."""
-    figure, mm = understood.figure, {"units": "mm"}
+def to_dataset(figure: ProfileFigure, about: About) -> xr.Dataset:
+    """Return the curve over its arc length s, and the points, as labelled arrays.
+
+    Attributes: `file` is the absolute path of its file, or its name in the package; `exact` curves, of
+    standards, are no fit to points; `doubt` says what looks like noise.
+    """
+    mm = {"units": "mm"}
     return xr.Dataset(
         {
             "y": ("s", figure.curve[0], mm),
@@ -100,9 +92,7 @@ def to_dataset(understood: Understood) -> xr.Dataset:
         {"s": ("s", figure.s, mm)},
         {
             "name": figure.name,
-            "kind": understood.kind,
-            "source": understood.source,
-            "file": understood.file,
+            **about,
             "curvature_noise": figure.curvature_noise,
             "notes": "\n".join(figure.notes),
         },

@@ -281,17 +281,17 @@ def lattice_below(contacts: Contacts, body: str) -> Lattice:
     low, high = float(strips[0]) - grid.ds / 2, float(strips[-1]) + grid.ds / 2
     half_width, middle = (high - low) / 2, (low + high) / 2
     first, last = contacts.problem.extent
-    offset, of_body = contacts.offset(body), contacts.problem.bodies[body]
-    low = max(first, middle - WIDER * half_width, of_body.s_range[0] - offset)
-    high = min(last, middle + WIDER * half_width, of_body.s_range[1] - offset)
+    offset, solid = contacts.offset(body), contacts.problem.bodies[body]
+    low = max(first, middle - WIDER * half_width, solid.s_range[0] - offset)
+    high = min(last, middle + WIDER * half_width, solid.s_range[1] - offset)
     before = ALONG_S // 2
     s = np.concatenate(
         [np.linspace(low, middle, before + 1), np.linspace(middle, high, ALONG_S - before)[1:]]
     )
     x = LONGER * half_length * np.linspace(-1, 1, ALONG_X)
     wanted = DEEPER * min(half_width, half_length)
-    deepest = _deepest(of_body, s + offset, wanted)
-    below = _deepest(of_body, s[[before]] + offset, wanted)
+    deepest = _deepest(solid, s + offset, wanted)
+    below = _deepest(solid, s[[before]] + offset, wanted)
     deeper = np.linspace(deepest, below, DEEPER_STILL + 1)[1:] if below > deepest else np.zeros(0)
     return Lattice(x, s, deepest * np.linspace(0, 1, INTO_DEPTH) ** GRADING, deeper, before, offset)
 

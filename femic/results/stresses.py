@@ -71,9 +71,9 @@ def compute_stresses(scene: Scene, options: RunOptions = DEFAULT) -> xr.Dataset:
     bodies, fields = [], []
     for body in BODIES:
         options.watch.on_stage(f"  stresses in the {body} body")
-        numbers, of_body = _compute_body(contacts, body, scene, options)
+        numbers, own = _compute_body(contacts, body, scene, options)
         bodies.append(numbers)
-        fields.append(of_body)
+        fields.append(own)
     parts = [xr.concat(bodies, "body").assign_coords(body=list(BODIES)), *fields]
     passages = [compute_damage(solution, damage) for solution in contacts.rolling.values()]
     for by_ics in filter(None, (passages, worn)):

@@ -148,15 +148,15 @@ def require_track(specification: ShiftsFile) -> None:
     Rails of the package lie as in their standard; what is assumed of a wheel is said (`assumed_text`).
     """
     profiles = specification.profiles.items()
-    of_files = [name for name, table in profiles if "rail" in name and not table.is_standard]
+    rail_files = [name for name, table in profiles if "rail" in name and not table.is_standard]
     missing = [
         f"{table}.{key} = {value_text(getattr(getattr(specification, table), key))}"
         for table, key in NEEDED
         if key not in getattr(specification, table).model_fields_set
     ]
-    if of_files and missing:
+    if rail_files and missing:
         raise WrongInput(
-            f"{of_files[0]}.profile is a file, and the specification does not say on which track it "
+            f"{rail_files[0]}.profile is a file, and the specification does not say on which track it "
             f"runs: give {', '.join(missing)}, or what they are there (rail_inclination = 0 where the "
             "points of the rail are inclined already)"
         )
@@ -182,10 +182,10 @@ def canted_rails(specification: ShiftsFile) -> tuple[str, ...]:
 
 def values_used(specification: ShiftsFile, layout: Layout) -> dict[str, dict[str, Any]]:
     """Return value, origin and meaning of each key; of profiles of the package none of files."""
-    used = dict(_of_table("", specification))
+    used = dict(_table_values("", specification))
     for name in TABLES:
         if isinstance(table := getattr(specification, name), SceneTable):
-            used |= _of_table(f"{name}.", table)
+            used |= _table_values(f"{name}.", table)
     half = specification.wheelset.flange_back_distance / 2
     for name, side in (("wheel", layout.left), ("right_wheel", layout.right)):
         if (back := used.get(f"{name}.flange_back")) and back["value"] is None:
@@ -193,7 +193,7 @@ def values_used(specification: ShiftsFile, layout: Layout) -> dict[str, dict[str
     return {key: entry for key, entry in used.items() if entry["value"] is not None}
 
 
-def _of_table(prefix: str, table: SceneTable) -> Iterator[tuple[str, dict[str, Any]]]:
+def _table_values(prefix: str, table: SceneTable) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield the keys of a table that are no tables."""
     for key, field in type(table).model_fields.items():
         value = getattr(table, key)

@@ -80,7 +80,7 @@ def write_scene(
         "rail_inclination": specification.track.rail_inclination,
         "turn_deg": -float(np.degrees(place.roll)),
     }
-    of_both = {"steepest_deg": float(np.degrees(steepest))}
+    both = {"steepest_deg": float(np.degrees(steepest))}
     title = specification.title or "Wheelset"
     scene = {
         "title": f"{title}: {side} wheel at a shift of {position.given_shift:g} mm",
@@ -88,12 +88,12 @@ def write_scene(
         "lower": {
             "E": rail.E,
             "nu": rail.nu,
-            "contour": _contour(rail, "rail", touch.s_rail) | turn | of_both,
+            "contour": _contour(rail, "rail", touch.s_rail) | turn | both,
         },
         "upper": {
             "E": wheel.E,
             "nu": wheel.nu,
-            "contour": _contour(wheel, "wheel", touch.s_wheel) | of_both,
+            "contour": _contour(wheel, "wheel", touch.s_wheel) | both,
             "rolling_radius": touch.radius,
         },
         "contact": {

@@ -19,7 +19,7 @@ from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
 from femic.contact.rolling import compressed
 from femic.reference.run_options import RunOptions
-from femic.results.contact import compute_contact, require_solvable
+from femic.results.contact import require_solvable, solve_scene
 from femic.scenes.load import scene_from_table
 from femic.scenes.scene import Scene
 from geometries.contours import Contour
@@ -84,7 +84,7 @@ def strange(chance: np.random.Generator, motion: str) -> dict[str, Any]:
 
 def _without_friction(scene: Scene, _: np.random.Generator) -> str:
     """Return what falls short of a contact without friction."""
-    (contact,) = compute_contact(scene, OPTIONS).solved.contacts.values()
+    (contact,) = solve_scene(scene, OPTIONS).contacts.values()
     return _of_pressures(contact, scene)
 
 

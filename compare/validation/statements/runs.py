@@ -14,7 +14,7 @@ from femic.contact.finite_elements import CELLS
 from femic.contact.pairs.ics import NONE_GIVEN, GivenICs
 from femic.reference.run_options import RunOptions
 from femic.results.calibration import calibrate
-from femic.results.contact import compute_contact, to_dataset
+from femic.results.contact import compute_contact
 from femic.results.finite_elements import compute_fe_contact
 from femic.results.friction import compute_with_friction
 from femic.results.ics import Results, compute, with_approximations
@@ -102,7 +102,7 @@ class Runs:
         def solve() -> xr.Dataset:
             changes = {"loads": list(contacts.loads), "shift": contacts.shift}
             scene = load_scene(contacts.scene, {"contact": changes})
-            with_ics = to_dataset(compute_contact(scene, self.options))
+            with_ics = compute_contact(scene, self.options)
             return compute_fe_contact(scene, with_ics, self.options, contacts.cells)
 
         loads = ", ".join(f"{load / 1e3:g}" for load in contacts.loads)
@@ -113,7 +113,7 @@ class Runs:
         """Return numbers of the contacts of a scene with some keys of [contact] changed."""
         return self.once(
             f"contact of {name}, {dict(changes)}",
-            lambda: to_dataset(compute_contact(load_scene(name, {"contact": dict(changes)}), self.options)),
+            lambda: compute_contact(load_scene(name, {"contact": dict(changes)}), self.options),
         )
 
     def contact_series(self, name: str) -> ContactSeries:

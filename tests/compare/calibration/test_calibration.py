@@ -15,7 +15,6 @@ from compare.pages.calibration import (
     answer_table,
     fits,
     ics_with_other_c,
-    measure_errors,
     other_c,
     summary,
     translation,
@@ -62,11 +61,6 @@ def made(tmp_path_factory):
 def calibrated(made):
     path, out = made
     return calibrate(load_scene(str(path)), RunOptions(store=Store(out / "store")))
-
-
-@pytest.fixture(scope="module")
-def measured(calibrated):
-    return measure_errors(calibrated)
 
 
 def test_file_contains_fit_points_weights_covariance_and_residuals(made, calibrated):
@@ -166,32 +160,29 @@ def test_second_calibration_solves_nothing(made, monkeypatch, calibrated):
     assert weighted.fits["combined"].effective != calibrated.fits["combined"].effective
 
 
-def test_translation_is_least_squares_solution(calibrated, measured):
-    scene, results = calibrated.scene, calibrated.results
-    on_lines = [np.arange(len(results.points.x))[results.lines[line.name]] for line in scene.lines]
-    points = np.concatenate(on_lines)
-    lean = -np.sin(scene.bodies["lower"].contour.inclination(results.points.s[points]))
-    fitted, c = results.approximations["Bhat_prime", "combined"], reference_ics(results, "combined").ic
-    lack = (fitted - c)[1, 2, points]
-    moved = translation(measured)
+def test_translation_is_least_squares_solution(calibrated):
+    ics = calibrated.ics
+    lean = -np.sin(calibrated.scene.bodies["lower"].contour.inclination(ics.s.values))
+    sn = ics.ic.sel(body="combined", i="s", j="n")
+    lack = (sn.sel(variant="Bhat_prime") - sn.sel(variant="C")).values
+    moved = translation(calibrated)
     assert abs(lean @ (lack - moved * lean)) < 1e-12 * np.abs(lean) @ np.abs(lack)
 
 
-def test_summary_has_the_errors_without_and_with_the_fit(measured):
-    errors = measured.errors.error.sel(body="combined", i="x", j="n")
+def test_summary_has_the_errors_without_and_with_the_fit(calibrated):
+    errors = calibrated.errors.error.sel(body="combined", i="x", j="n")
     change = " → ".join(percent(errors.sel(variant=name).item()) for name in ("Bhat", "Bhat_prime"))
-    assert f"of fitted components: mine, combined C_xn {change}." in summary([measured])
-    two = summary([measured, renamed(measured)])
+    assert f"of fitted components: mine, combined C_xn {change}." in summary([calibrated])
+    two = summary([calibrated, renamed(calibrated)])
     assert two.endswith(f"mine, combined C_xn {change}, other, combined C_xn {change}.")
 
 
-def renamed(measured):
-    scene = replace(measured.calibrated.scene, name="other")
-    return measured._replace(calibrated=replace(measured.calibrated, scene=scene))
+def renamed(calibrated):
+    return replace(calibrated, scene=replace(calibrated.scene, name="other"))
 
 
-def test_answer_has_the_fit_and_the_errors_without_and_with_it(calibrated, measured):
-    one, body_fit = measured, calibrated.fits["combined"]
+def test_answer_has_the_fit_and_the_errors_without_and_with_it(calibrated):
+    one, body_fit = calibrated, calibrated.fits["combined"]
     answer = answer_table([one])
     (row,) = answer.rows
     assert row.name == "combined, K [-]"
@@ -234,13 +225,13 @@ def test_chart_has_the_fit_the_k_of_points_and_what_is_left_of_c(calibrated):
     np.testing.assert_allclose(np.concatenate([line["x"] for line in lines]), target.r, rtol=1e-5)
 
 
-def test_chart_of_other_c_has_c_beside_it(calibrated, measured):
-    panels = other_c([measured]).cells
+def test_chart_of_other_c_has_c_beside_it(calibrated):
+    panels = other_c([calibrated]).cells
     labels = [[curve.label for curve in panel.curves] for panel in panels]
     lines = calibrated.scene.lines
     assert labels == [[WITHOUT, "B̂′", "C"]] * len(lines) + [[REFITTED, "B", "B̂", "B̂′", "C"]] * len(lines)
-    part = calibrated.results.lines[lines[0].name]
-    c = 1e6 * reference_ics(calibrated.results, "combined").ic[0, 2, part]
+    part = calibrated.ics.isel(point=np.flatnonzero(calibrated.ics.line.values == lines[0].name))
+    c = 1e6 * part.ic.sel(variant="C", body="combined", i="x", j="n").values
     drawn = panels[0].curves[2].y
     np.testing.assert_allclose(drawn, c[-len(drawn) :])
 
@@ -250,15 +241,15 @@ def test_page_is_not_wider_than_the_window(made, browser):
     require_room(browser, made[1] / "calibration.html", {1280: 1150, 800: 770, 400: 1150})
 
 
-def test_refitted_translation_and_removed_curvature_have_right_sign(measured):
+def test_refitted_translation_and_removed_curvature_have_right_sign(calibrated):
     """The refitted translation brings C_sn closer to B-hat-prime; without wheels there is no curvature."""
-    sn, xn = (curves(measured, i) for i in "sx")
+    sn, xn = (curves(calibrated, i) for i in "sx")
     c, refitted, b_hat_prime = (sn.sel(variant=name) for name in ("C", REFITTED, "Bhat_prime"))
     assert np.sum((refitted - b_hat_prime) ** 2) < np.sum((c - b_hat_prime) ** 2)
     np.testing.assert_array_equal(xn.sel(variant=WITHOUT), xn.sel(variant="C"))
     wheel = scene_from_table(TABLE | {"upper": TABLE["upper"] | {"rolling_radius": 100.0}}, "wheel")
-    scene = replace(measured.calibrated.scene, bodies=wheel.bodies)
-    on_wheel = curves(measured._replace(calibrated=replace(measured.calibrated, scene=scene)), "x")
+    scene = replace(calibrated.scene, bodies=wheel.bodies)
+    on_wheel = curves(replace(calibrated, scene=scene), "x")
     x, s = on_wheel.x.values, on_wheel.s.values
     upper = wheel.pair.upper
     along = upper.approximate("Bhat", wheel.patch, (x, s)) - upper.approximate("A", wheel.patch, (x, s))
@@ -267,9 +258,9 @@ def test_refitted_translation_and_removed_curvature_have_right_sign(measured):
     assert got == pytest.approx(along[0, 2, at_crown] / wheel.patch.area, rel=1e-9)
 
 
-def curves(measured, i):
+def curves(calibrated, i):
     """ICs of both bodies in direction i by pressures on the line x = 1.6 mm."""
-    ic = ics_with_other_c(measured).ic.sel(body="combined", i=i, j="n")
+    ic = ics_with_other_c(calibrated).ic.sel(body="combined", i=i, j="n")
     return ic.isel(point=np.flatnonzero(ic.line.values == "x = 1.6 mm"))
 
 

@@ -18,32 +18,33 @@ from compare.pages.contact_numbers import (
 from compare.report.tables import with_estimate
 from femic.contact.motions.none import map_pressures, sensitivities
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
-from femic.results.contact import compute_contact, pressures, to_dataset
+from femic.results.contact import pressures, solve_scene, to_dataset
 from femic.scenes.load import load_scene
 from tests.compare.pages import read_chart, read_traces, require_room
 from tests.femic.contact.wheel_on_rail import scene
 
 
+def loaded_scene(name, loads):
+    return load_scene(name, {"contact": {"ics": ["A", "Bhat"], "elements": 12, "loads": loads}})
+
+
+TALL = loaded_scene("tall", [58e3, 310e3])
+
+
 @pytest.fixture(scope="module")
 def results():
     """Both built-in pairs by A and B-hat, at two loads each."""
-    loads = {"wide": [660e3, 5300e3], "tall": [58e3, 310e3]}
-    return {
-        name: compute_contact(
-            load_scene(name, {"contact": {"ics": ["A", "Bhat"], "elements": 12, "loads": of_scene}})
-        )
-        for name, of_scene in loads.items()
-    }
+    return {"wide": solve_scene(loaded_scene("wide", [660e3, 5300e3])), "tall": solve_scene(TALL)}
 
 
 @pytest.fixture(scope="module")
 def dataset(results):
-    return to_dataset(results["tall"])
+    return to_dataset(TALL, results["tall"])
 
 
-def test_the_file_has_pressures_that_carry_the_loads(results, tmp_path):
-    assert write_contact(results["tall"], tmp_path).stat().st_size > 1e5
-    written, solved = xr.open_dataset(tmp_path / "contact.nc"), results["tall"].solved
+def test_the_file_has_pressures_that_carry_the_loads(results, dataset, tmp_path):
+    assert write_contact(TALL, dataset, tmp_path).stat().st_size > 1e5
+    written, solved = xr.open_dataset(tmp_path / "contact.nc"), results["tall"]
     for number, load in enumerate([58e3, 310e3]):
         case = written.sel(case=load)
         area = float(np.diff(case.x)[0] * np.diff(case.s)[0])
@@ -130,8 +131,8 @@ def test_charts_have_pressures_in_mpa_and_numbers_of_the_dataset(dataset):
             np.testing.assert_allclose(drawn[5][symbol]["y"], 100 * (ratio - 1), rtol=1e-5)
 
 
-def test_pressures_on_the_rail_lie_on_it_and_rise_with_the_pressure(dataset, results):
-    lower = next(iter(results["tall"].solved.contacts.values())).on_grid.undeformed.lower
+def test_pressures_on_the_rail_lie_on_it_and_rise_with_the_pressure(dataset):
+    lower = TALL.bodies["lower"].surface
     chart = figures.on_rail(dataset, lower)
     assert chart.choice == "ICs"
     for step, cells in enumerate(chart.steps.values()):
@@ -167,8 +168,8 @@ def test_patches_have_maps_of_the_reference_and_of_differences_with_common_colou
 
 
 @pytest.mark.slow
-def test_nothing_is_wider_than_the_window(results, browser, tmp_path):
-    require_room(browser, write_contact(results["tall"], tmp_path))
+def test_nothing_is_wider_than_the_window(results, dataset, browser, tmp_path):
+    require_room(browser, write_contact(TALL, dataset, tmp_path))
     require_room(browser, write_sensitivity(results, tmp_path / "maps"))
 
 
@@ -216,12 +217,13 @@ def test_contacts_of_any_shape_have_a_page_and_lengths_above_0(name, tmp_path):
     x, s = (values.ravel() for values in np.meshgrid(*[np.linspace(-5, 5, 11)] * 2, indexing="ij"))
     gap = tmp_path / "gap.txt"
     np.savetxt(gap, np.column_stack([x, s, STRANGE[name](x, s)]))
-    results = compute_contact(scene(10.2, 300.0, loads=[3e3], elements=12, extra_gap=str(gap)))
-    assert write_contact(results, tmp_path).stat().st_size > 1e5
-    dataset = to_dataset(results)
+    given = scene(10.2, 300.0, loads=[3e3], elements=12, extra_gap=str(gap))
+    solved = solve_scene(given)
+    dataset = to_dataset(given, solved)
+    assert write_contact(given, dataset, tmp_path).stat().st_size > 1e5
     for length in ("a", "b", "aspect", "area"):
         assert np.all(dataset[length] > 0), length
-    patches = [len(contact.normal.patches) for contact in results.solved.contacts.values()]
+    patches = [len(contact.normal.patches) for contact in solved.contacts.values()]
     assert patches == ([1, 1] if name == "a spot that is raised" else [2, 2])
 
 

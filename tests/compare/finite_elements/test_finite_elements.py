@@ -17,7 +17,7 @@ from femic.contact.finite_elements.result import FEContact, Numbers
 from femic.reference.discount import FZ
 from femic.reference.run_options import RunOptions
 from femic.results import finite_elements as compute
-from femic.results.contact import compute_contact, to_dataset
+from femic.results.contact import compute_contact
 from femic.results.finite_elements import FE, compute_fe_contact, require_suitable, stored_fe_contact
 from femic.scenes.errors import BadScene
 from geometries.bodies import Domain
@@ -40,7 +40,7 @@ def by_fe(of, options=NO_STORE, cells=CELLS):
 def with_ics(of):
     """Contact of a scene with ICs, solved once; how bodies are supported does not matter."""
     if of.text not in SOLVED:
-        SOLVED[of.text] = to_dataset(compute_contact(of))
+        SOLVED[of.text] = compute_contact(of)
     return SOLVED[of.text]
 
 
@@ -213,13 +213,14 @@ def test_unsupported_scenes_are_refused_before_any_work(keys, message):
 def test_page_of_contact_has_a_column_of_stored_finite_elements(fe_calls, tmp_path):
     """Its numbers, and a chart; nothing of that without them."""
     store = Store(tmp_path / "store")
-    by_ics = compute_contact(pressed(loads=LOADS[:2]))
+    scene = pressed(loads=LOADS[:2])
+    by_ics = compute_contact(scene)
     by_fe(pressed(loads=LOADS[:1]), RunOptions(store=store))
-    beside = stored_solution(by_ics, store)
-    page = write_contact(by_ics, tmp_path, further=beside).read_text(encoding="utf-8")
+    beside = stored_solution(scene, by_ics, store)
+    page = write_contact(scene, by_ics, tmp_path, beside).read_text(encoding="utf-8")
     assert page.count("<th>FE</th>") == 1
     assert "finite elements did not solve" in page.lower()
     assert (tmp_path / "figures" / "contact_fe.svg").is_file()
-    without = write_contact(by_ics, tmp_path / "without").read_text(encoding="utf-8")
+    without = write_contact(scene, by_ics, tmp_path / "without").read_text(encoding="utf-8")
     assert "<th>FE</th>" not in without
     assert len(fe_calls) == 1

@@ -19,7 +19,6 @@ from femic.results.ics import (
     Results,
     approximate_all,
     ics_measure,
-    jobs,
     reference_ics,
     refinement_shares,
     scene_points,
@@ -41,7 +40,7 @@ def hand_made(components, known=1e-5):
     A_xn of both is 0. `known`: the estimate of C_xn of each body, over the largest C_nn of both.
     """
     scene = load_scene("geometry1", ON_S_0 | {"components": components, "bodies": ["combined", "lower"]})
-    points, lines = scene_points(scene)
+    points, _ = scene_points(scene)
     ics, seconds = approximate_all(scene, points)
     whole, _ = approximate_all(replace(scene, compared=("lower", "upper")), points)
     nn = np.max(np.abs(ics["A", "combined"][N, N]))
@@ -55,7 +54,7 @@ def hand_made(components, known=1e-5):
         c = EstimatedICs(ic, estimate, zero, zero)
         references[body] = Reference(c, ic, np.zeros((4, 4)), None, None, scene.bodies[body], {"fine": COST})
     seconds |= dict.fromkeys((("C", "combined"), ("C", "lower")), 10.0)
-    return Results(scene, points, lines, jobs(scene), references, {}, ics, seconds)
+    return Results(scene, references, {}, ics, seconds)
 
 
 def frontier_of(results):

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.pages.profiles import answer_table, doubts, over_length, section, summary, write_profile_page
-from femic.results.profiles import of_file, of_package
+from compare.pages.profiles import answer_table, over_length, section, summary, write_profile_page
+from femic.results.profiles import file_profile, package_profile
 from femic.scenes.profiles import Reading, prepared_file
 from geometries.profiles.noise import LEAST_RADIUS
 from geometries.profiles.standards import NAMED
@@ -23,10 +23,8 @@ def head(tmp_path, monkeypatch):
 
 
 def understood(tolerance=0.0):
-
-    return of_file(
-        prepared_file(Path("mine.txt"), Reading("rail", "field", tolerance=tolerance)), Path("mine.txt")
-    )
+    path = Path("mine.txt")
+    return file_profile(prepared_file(path, Reading("rail", "field", tolerance=tolerance)), path)[0]
 
 
 @pytest.mark.usefixtures("head")
@@ -45,7 +43,7 @@ def test_charts_have_the_points_and_the_curve():
     one = understood(ERROR)
     (drawn,) = read_chart(section(one))["steps"][0]
     points, curve = drawn["traces"]
-    np.testing.assert_allclose([points["x"], points["y"]], one.figure.points, rtol=1e-5, atol=1e-5)
+    np.testing.assert_allclose([points["x"], points["y"]], [one.point_y, one.point_z], rtol=1e-5, atol=1e-5)
     np.testing.assert_allclose(np.hypot(np.array(curve["x"]) - 2, np.array(curve["y"]) + 29), 30, atol=2e-3)
     assert drawn["layout"]["yaxis"]["scaleanchor"] == "x"
     titles = [panel.title for panel in over_length(one).cells]
@@ -66,19 +64,20 @@ def test_nothing_is_wider_than_the_window(browser, tmp_path):
 def test_a_radius_below_all_real_ones_looks_like_noise(tmp_path):
     """Errors of 20 um of alternating sign, 0.35 mm apart, bend to 1/r = 4 * 0.02 / 0.35^2, r = 1.5 mm."""
     raw, smoothed = understood(), understood(ERROR)
-    (said,) = doubts(raw)
-    assert 1 / np.max(np.abs(raw.figure.curvature)) < LEAST_RADIUS
+    said = raw.attrs["doubt"]
+    assert 1 / np.max(np.abs(raw.curvature)) < LEAST_RADIUS
     assert "tolerance of 0.01 mm" in said
     assert said in write_profile_page(raw, tmp_path / "raw").read_text(encoding="utf-8")
-    assert not list(doubts(smoothed))
+    assert not smoothed.attrs["doubt"]
     for name in NAMED:
-        assert not list(doubts(of_package(name)))
+        assert not package_profile(name)[0].attrs["doubt"]
 
 
 def test_standard_has_the_radii_of_its_definition():
-    rows = {row.name: row.filled for row in answer_table(of_package("60E1")).rows}
+    rail, s1002 = (package_profile(name)[0] for name in ("60E1", "S1002"))
+    rows = {row.name: row.filled for row in answer_table(rail).rows}
     assert rows["least radius, convex [mm]"][0].text == "13"
     assert "residual, rms [µm]" not in rows
-    wheel = {row.name: row.filled[0].text for row in answer_table(of_package("S1002")).rows}
+    wheel = {row.name: row.filled[0].text for row in answer_table(s1002).rows}
     assert (wheel["least radius, convex [mm]"], wheel["least radius, hollow [mm]"]) == ("12", "13")
-    assert "EN 13674-1" in summary(of_package("60E1"))
+    assert "EN 13674-1" in summary(rail)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from compare.pages import shift_figures as figures
-from compare.pages import shift_tables as tables
 from compare.pages import shifts as page
 from compare.pages.shift_figures import F_X, F_Y, WORK, difference, reference_names
 from tests.compare.pages import read_chart, read_texts, read_traces, require_room
@@ -24,7 +23,7 @@ def test_differences_of_forces_are_shares_of_friction_times_load(dataset):
 
 
 def test_the_answer_table_has_a_row_per_quantity(dataset):
-    rows = read_texts(tables.answer_table(dataset))
+    rows = read_texts(page.answer_table(dataset))
     assert rows["A: F_x [kN]"] == ["-2 to 0 mm", "all shifts", "all shifts", "11.08", "10.00", "+3.00"]
     assert {"A: p_max [MPa]", "A: F_y [kN]", "A: work of friction [J/m]", "B̂: F_x [kN]"} <= set(rows)
 

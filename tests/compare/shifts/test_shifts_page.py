@@ -7,7 +7,6 @@ import pytest
 import xarray as xr
 
 from compare.pages import shift_figures as figures
-from compare.pages import shift_tables as tables
 from compare.pages import shifts as page
 from compare.pages.shift_figures import compared_ics, difference, reference_names, reference_values
 from compare.report.tables import MINUS
@@ -34,14 +33,14 @@ def test_the_dataset_and_the_page_say_which_patch_carries_what(dataset):
     alone = dataset.sel(shift=1.0, side="left", ics="Bhat")
     assert np.isnan(alone.patch_p_max[1])
     rows = {}
-    for row in tables.each_patch_table(dataset, several=True).rows:
+    for row in page.each_patch_table(dataset, several=True).rows:
         rows.setdefault(row.name or next(reversed(rows)), []).append([cell.text for cell in row.filled])
     assert set(rows) == {"2 mm, left", "2 mm, right"}  # those of several patches
     flange, tread = rows["2 mm, left"]
     assert flange[:4] == ["1", "68.8", "10.00", "3.3"]
     assert tread[:3] == ["2", "2.9", "90.11"]
-    assert len(tables.each_patch_table(dataset, several=False).rows) == 12
-    assert tables.each_patch_table(dataset.sel(shift=[1.0]), several=True) is None
+    assert len(page.each_patch_table(dataset, several=False).rows) == 12
+    assert page.each_patch_table(dataset.sel(shift=[1.0]), several=True) is None
 
 
 def test_the_best_ics_are_c_where_it_is_known(dataset):
@@ -69,20 +68,20 @@ def test_planar_contact_is_compared_and_never_a_reference(dataset):
     planar = xr.concat([dataset, planar], "ics", data_vars="minimal")
     assert compared_ics(planar)[-1] == "planar"
     assert "planar" not in reference_names(planar).values
-    rows = read_texts(tables.answer_table(planar))
+    rows = read_texts(page.answer_table(planar))
     assert rows["planar"][:3] == ["no shift"] * 3
     assert rows["planar"][-1] == f"{MINUS}53.50"
-    assert tables.answer_table(planar.sel(ics=["A", "planar"])).rows[0].name == "planar"
+    assert page.answer_table(planar.sel(ics=["A", "planar"])).rows[0].name == "planar"
 
 
 def test_the_answer_table_has_the_numbers_of_the_dataset(dataset):
-    table = tables.answer_table(dataset)
+    table = page.answer_table(dataset)
     cells = read_texts(table)
     assert cells["A"] == ["-2 to -1 mm", "-2 to 0 mm", "-2 to 1 mm", "1200", "1000", "+20.00"]
     assert cells["B̂"][-1] == "0.00"
     assert table.rows[0].filled[-1].below == "2 mm, left"
     same = dataset.assign(p_max=dataset.p_max * 0 + 1000)
-    assert read_texts(tables.answer_table(same))["A"][:3] == ["all shifts"] * 3
+    assert read_texts(page.answer_table(same))["A"][:3] == ["all shifts"] * 3
 
 
 def test_the_charts_have_the_numbers_of_the_dataset(dataset):
@@ -157,7 +156,7 @@ def test_the_page_says_what_was_left_out_unusual_or_assumed(dataset, tmp_path):
     ):
         assert said in text
     assert (tmp_path / "shifts.nc").is_file()
-    rows = read_texts(tables.values_table(dataset))
+    rows = read_texts(page.values_table(dataset))
     assert rows["track.rail_inclination"][:2] == ["0.025", "assumed"]
     assert rows["contact.ics"][:2] == ["A, Bhat", "given"]
     assert "contact.c_above_deg" in text

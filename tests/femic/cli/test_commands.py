@@ -302,14 +302,16 @@ def test_contact_with_friction_writes_the_page_of_its_motion(motion, recorded, m
 
 
 def test_contact_of_several_scenes_has_a_folder_each_and_one_for_maps(recorded, command, tmp_path):
-    recorded("femic.results.contact.compute_contact", SimpleNamespace(solved=None))
+    recorded("femic.results.contact.solve_scene")
     recorded("femic.contact.supports.changed_supports")
+    for step in ("to_dataset", "with_supports"):
+        recorded(f"femic.results.contact.{step}", xr.Dataset())
     recorded("compare.pages.finite_elements.stored_solution")
     written = recorded("compare.pages.contact.write_contact", Path("there"))
     maps = recorded("compare.pages.contact.write_sensitivity", Path("there"))
     assert command("contact", "wide", "tall") == DONE
     out = tmp_path / "out"
-    assert [folder for _, folder, *_ in written] == [out / "wide", out / "tall"]
+    assert [folder for *_, folder, _ in written] == [out / "wide", out / "tall"]
     assert [folder for _, folder in maps] == [out]
 
 

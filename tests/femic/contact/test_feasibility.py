@@ -7,7 +7,7 @@ from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.feasibility import impossible
 from femic.contact.motions.rolling import BEYOND
-from femic.results.contact import compute_contact, require_solvable
+from femic.results.contact import require_solvable, solve_scene
 from femic.results.friction import compute_with_friction
 from femic.scenes.errors import BadScene
 from femic.scenes.load import load_scene
@@ -101,7 +101,7 @@ def test_parallel_cylinders_are_allowed_with_a_gap_that_varies_along_x(tmp_path)
     gap = tmp_path / "gap.txt"
     np.savetxt(gap, np.column_stack([x, s, 1e-3 * x**2]))
     of = scene(upper=PRISMATIC, extra_gap=str(gap), elements=8)
-    (contact,) = compute_contact(of).solved.contacts.values()
+    (contact,) = solve_scene(of).contacts.values()
     assert contact.normal.load == pytest.approx(100.0)
     np.savetxt(gap, [(-9.0, 0.0), (9.0, 0.0)])
     with pytest.raises(BadScene, match=r"upper\.rolling_radius = inf"):

@@ -11,7 +11,7 @@ import xarray as xr
 
 import femic
 from femic.interface.options import make_scene
-from femic.results.contact import compute_contact, to_dataset
+from femic.results.contact import compute_contact
 from femic.results.ics import approximation, scene_points
 from femic.scenes.load import builtin_names, load_scene
 
@@ -133,9 +133,7 @@ def test_scenes_give_the_same_ics_by_the_same_engine_after_pickling(name):
 
 def test_a_pickled_scene_has_the_same_contact_and_is_taken_by_a_process_that_imported_nothing(tmp_path):
     scene = femic.load_scene("s1002-on-60e1", {"contact": {"loads": [9e4], "ics": ["A"], "elements": 8}})
-    ours, theirs = (
-        to_dataset(compute_contact(each)).drop_vars("seconds") for each in (scene, pickled(scene))
-    )
+    ours, theirs = (compute_contact(each).drop_vars("seconds") for each in (scene, pickled(scene)))
     xr.testing.assert_equal(ours, theirs)
     (tmp_path / "scene").write_bytes(pickle.dumps(scene))
     code = "import pickle, sys; print(pickle.load(open(sys.argv[1], 'rb')).settings.engine.name)"

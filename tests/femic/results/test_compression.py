@@ -11,7 +11,6 @@ from femic.contact.operators.dense import GridOperator
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.rolling import compressed
 from femic.results.contact import compute_contact
-from femic.results.contact import to_dataset as frictionless_dataset
 from femic.results.friction import compute_with_friction
 from geometries.errors import Failure
 from geometries.patches import Grid, N, S, X
@@ -32,7 +31,7 @@ def dataset():
 def test_without_friction_all_slides_with_frictionless_pressures_and_with_much_nothing_does(dataset):
     least = dataset.sel(friction=1e-4)
     np.testing.assert_allclose(least.sliding_share, 1.0)
-    frictionless = frictionless_dataset(compute_contact(scene(10.3, loads=LOADS)))
+    frictionless = compute_contact(scene(10.3, loads=LOADS))
     for name in ("approach", "p_max"):
         np.testing.assert_allclose(least[name].values.T, frictionless[name], rtol=0.03)
     np.testing.assert_allclose(dataset.sliding_share.sel(friction=100.0), 0.0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from femic.results.contact import case_names, compute_contact, padded, pressures, to_dataset
+from femic.results.contact import case_names, compute_contact, padded, pressures
 from femic.scenes.errors import BadScene
 from geometries.errors import Failure
 from tests.femic.contact.wheel_on_rail import FLANKS, scene
@@ -14,7 +14,7 @@ SMALL = 2.0  # N: a patch of a degree in all, b / R = 0.006
 
 def test_loads_that_hardly_differ_are_separate_cases():
     """One that is given twice is refused: cases are known by their loads."""
-    dataset = to_dataset(compute_contact(scene(loads=[2000.0001, 2e3], ics=["A"])))
+    dataset = compute_contact(scene(loads=[2000.0001, 2e3], ics=["A"]))
     assert list(dataset.case.values) == [2000.0001, 2e3]
     assert dataset.case.attrs == {"units": "N", "long_name": "prescribed load"}
     assert case_names(dataset) == ["2000.0001 N", "2000 N"]

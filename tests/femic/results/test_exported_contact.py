@@ -10,7 +10,7 @@ from femic.cli.main import DONE, exit_code
 from femic.contact.normal import NormalProblem, solve
 from femic.contact.operators.dense import GridOperator
 from femic.reference.run_options import RunOptions
-from femic.results.contact import compute_contact
+from femic.results.contact import solve_scene
 from femic.results.contact_file import read
 from femic.scenes.load import load_scene
 from geometries.patches import N
@@ -36,8 +36,8 @@ n = 13.0978
 
 def own_and_by_file(path, folder, ics):
     """The contact of a scene, and that with the ICs of its file on the same grid and its lateral force."""
-    results = compute_contact(load_scene(str(path)), RunOptions(2, Store(folder / "store")))
-    own = results.solved.contacts[results.solved.loadings[0], ics].contact
+    results = solve_scene(load_scene(str(path)), RunOptions(2, Store(folder / "store")))
+    own = results.contacts[results.loadings[0], ics].contact
     command = ["export", str(path), "--out", str(folder), "--store", str(folder / "store"), "--ics", ics]
     assert exit_code(command) == DONE
     on_grid, file = own.on_grid, read(folder / f"contact_{ics}.txt")

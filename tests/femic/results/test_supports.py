@@ -19,7 +19,7 @@ from femic.contact.supports import (
     with_flatter_flanks,
 )
 from femic.reference.run_options import RunOptions
-from femic.results.contact import compute_contact, to_dataset, with_supports
+from femic.results.contact import solve_scene, to_dataset, with_supports
 from femic.results.friction import compute_with_friction
 from femic.results.friction import with_supports as with_supports_of_motion
 from geometries.contours import arc, ellipse, through_points
@@ -71,10 +71,11 @@ def normal_in_place_of_c(monkeypatch):
 @pytest.mark.usefixtures("normal_in_place_of_c")
 def test_c_with_flatter_flanks_is_solved_where_the_contact_is_not_symmetric():
     for shift, names in ((0.0, [NEARER]), (0.05, [NEARER, FLATTER])):
-        results = compute_contact(scene(10.3, loads=[1e3, 5e3], ics=["C"], shift=shift))
-        changes = changed_supports(results.solved)
+        given = scene(10.3, loads=[1e3, 5e3], ics=["C"], shift=shift)
+        solved = solve_scene(given)
+        changes = changed_supports(solved)
         assert list(changes) == names
-        dataset = with_supports(to_dataset(results), changes)
+        dataset = with_supports(to_dataset(given, solved), changes)
         assert list(dataset.supports.values) == names
         assert {f"supported_{name}" for name in OF_FRICTIONLESS} <= {*dataset.data_vars}
         largest = dataset.isel(case=int(dataset.attrs["supported_case"])).sel(ics="C")
@@ -119,9 +120,10 @@ def test_one_contact_of_a_motion_is_solved_with_other_supports(keys, place, quan
 @pytest.mark.usefixtures("normal_in_place_of_c")
 @pytest.mark.parametrize("keys", [{"ics": ["Bhat"]}, {"ics": ["A", "C"], "supports": False}])
 def test_other_supports_are_left_out_without_c_or_if_the_scene_excludes_them(keys):
-    results = compute_contact(scene(10.3, loads=[1e3], **keys))
-    assert changed_supports(results.solved) == {}
-    assert "supports" not in with_supports(to_dataset(results), {}).coords
+    given = scene(10.3, loads=[1e3], **keys)
+    solved = solve_scene(given)
+    assert changed_supports(solved) == {}
+    assert "supports" not in with_supports(to_dataset(given, solved), {}).coords
     of = scene(13.0, **COMPRESSION | {"friction": [0.2]} | keys)
     with bhat_in_place_of_c():
         dataset = compute_with_friction(of)

@@ -9,7 +9,7 @@ import pytest
 from femic.cache.store import Store
 from femic.cli.main import DONE, WRONG_INPUT, exit_code
 from femic.reference.run_options import RunOptions
-from femic.results.contact import compute_contact
+from femic.results.contact import solve_scene
 from femic.results.wheelset import SECOND
 from femic.results.wheelset_contacts import ABOUT
 from femic.results.wheelset_scene import write_scene
@@ -49,7 +49,7 @@ def contours(bodies, s):
 
 def of_scene(path, folder):
     """The contacts of a scene by ICs."""
-    solved = compute_contact(load_scene(str(path)), RunOptions(1, Store(folder / "store"))).solved
+    solved = solve_scene(load_scene(str(path)), RunOptions(1, Store(folder / "store")))
     return {ics: contact for (_, ics), contact in solved.contacts.items()}
 
 

@@ -14,7 +14,7 @@ from compare.report.looks import ics_symbol
 from femic.contact.pairs import ics as reference_ics
 from femic.contact.pairs.grids import grids_of
 from femic.contact.pairs.pair_on_grid import pair_on_grid
-from femic.results.contact import compute_contact, reference_name, require_solvable, to_dataset
+from femic.results.contact import compute_contact, reference_name, require_solvable
 from femic.scenes.errors import BadScene
 from femic.scenes.load import load_scene
 from geometries.errors import Failure, WrongInput
@@ -143,7 +143,7 @@ def test_estimate_bounds_the_error_between_nodes(make, tmp_path, ratio, modulus)
 def test_contact_with_a_map_agrees_with_c_within_its_estimate(make, tmp_path):
     name = make(steep)
     scene = scene_at(tmp_path, 1.15, 3e5, contact={"ics": ["Bhat", name, "C"]})
-    contacts = to_dataset(compute_contact(scene, given=maps_of_scene(scene))).isel(case=0)
+    contacts = compute_contact(scene, given=maps_of_scene(scene)).isel(case=0)
     c, by_map = contacts.sel(ics="C"), contacts.sel(ics=name)
     for number in ("p_max", "approach", "a", "b"):
         assert float(by_map[number]) == pytest.approx(float(c[number]), rel=1e-2)

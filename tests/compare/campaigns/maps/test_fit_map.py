@@ -11,7 +11,7 @@ from approx.effective import EffectiveProperties, Transition
 from compare.campaigns import kinds
 from compare.campaigns.maps import fit_at, leave_one_out, open_fits
 from femic.reference.run_options import RunOptions
-from femic.results.calibration import Calibrated, target_from
+from femic.results.calibration import FittedScene, target_from
 from femic.scenes.errors import BadScene
 from geometries.errors import WrongInput
 from tests.compare.campaigns.campaigns import campaign_in, collect
@@ -41,7 +41,7 @@ def smooth(scene, _means):
     ratio = scene.bodies["upper"].contour.core.radius / scene.bodies["lower"].contour.core.radius
     target = target_from(scene, np.ones((1, 16)))
     target = replace(target, ics=target.bhat_prime(true(flank, ratio)))
-    return Calibrated(scene, None, {"combined": fit(target)}, {"combined": target})
+    return FittedScene(scene, None, None, {"combined": fit(target)}, {"combined": target})
 
 
 @pytest.fixture(scope="module")

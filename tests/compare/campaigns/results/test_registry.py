@@ -10,7 +10,7 @@ from compare.studies.frontier import AS_CHEAP, cheapest
 from femic.cache.store import Store
 from femic.reference.run_options import Level, RunOptions
 from femic.results import stressed_contact as lattice
-from femic.results.contact import compute_contact, to_dataset
+from femic.results.contact import compute_contact
 from femic.results.friction import compute_with_friction
 from femic.results.ics import compute
 from femic.results.ics_dataset import to_dataset as ics_dataset
@@ -23,7 +23,7 @@ from tests.compare.campaigns.campaigns import OF_UPPER, campaign_in, errors_of
 from tests.femic.contact.wheel_on_rail import scene as rail_and_wheel
 
 CONTACTS = {
-    "frictionless": ({"loads": [2e3, 5e3]}, lambda scene: to_dataset(compute_contact(scene))),
+    "frictionless": ({"loads": [2e3, 5e3]}, compute_contact),
     "compression": (
         {"motion": "compression", "loads": [2e3], "friction": [0.3], "ics": ["A"]},
         compute_with_friction,

@@ -12,7 +12,7 @@ from compare.validation.statements.runs import GEOMETRIES
 from femic.reference.discount import FY, MOMENT
 from femic.reference.engine import Points
 from femic.reference.result import EstimatedICs, Reference
-from femic.results.ics import Results, approximate_all, jobs, scene_points
+from femic.results.ics import Results, approximate_all, scene_points
 from femic.scenes.load import load_scene
 from geometries.patches import COMPONENTS, N
 
@@ -73,9 +73,8 @@ def without_c(name: str, *, fitted: bool = False, upper_E: float = 210e3) -> Res
     changes = {"components": list(COMPONENTS), "variants": variants, "engine": {"check": False}}
     changes |= {"upper": {"E": upper_E}} | ({"effective": FIT} if fitted else {})
     scene = load_scene(name, changes)
-    points, lines = scene_points(scene)
-    approximations, seconds = approximate_all(scene, points)
-    return Results(scene, points, lines, jobs(scene), {}, {}, approximations, seconds)
+    approximations, seconds = approximate_all(scene, scene_points(scene)[0])
+    return Results(scene, {}, {}, approximations, seconds)
 
 
 def with_c(results: Results, c: Made, *, estimate: float = 0.0, rotation: dict | None = None) -> Results:
