@@ -120,7 +120,8 @@ def shift(at: xr.Dataset, ics: str, c: str) -> float:
 def left_after_shift(at: xr.Dataset, ics: str, c: str) -> float:
     """Return the share of a curve's distance that is left when it is moved to C's creepage without force.
 
-    The curve of these ICs is interpolated between its creepages, and compared where both are known.
+    The curve of these ICs is interpolated between its creepages, and compared where both are known. Nothing is
+    left of curves that are equal.
     """
     with_c, own = (scaled_force(at).sel(ics=name).dropna("xi") for name in (c, ics))
     if min(with_c.size, own.size) < 2:
@@ -129,7 +130,8 @@ def left_after_shift(at: xr.Dataset, ics: str, c: str) -> float:
     curve = PchipInterpolator(own.xi.values, own.values, extrapolate=False)
     apart, left = (curve(with_c.xi.values + move) - with_c.values for move in (0.0, moved))
     both = np.isfinite(apart) & np.isfinite(left)
-    return rms(left[both]) / rms(apart[both])
+    distance = rms(apart[both])
+    return rms(left[both]) / distance if distance else 0.0
 
 
 def centre_line(at: xr.Dataset) -> xr.DataArray:

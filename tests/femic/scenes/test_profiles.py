@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from worn_profiles import TRACK, WHEELSET
 
 from approx.effective import EffectiveProperties, Transition
 from compare.campaigns.load import load_campaign
@@ -29,7 +30,6 @@ from geometries.profiles.preparation import prepare
 from geometries.profiles.profile import Profile
 from geometries.profiles.standards import NAMED, STANDARDS, standard, standard_profile
 from geometries.track.layout import lay_out
-from geometries.track.wear import TRACK, WHEELSET
 from geometries.track.wheelset import settle
 
 R = 15.0  # mm

@@ -4,6 +4,7 @@ import tomllib
 
 import numpy as np
 import pytest
+from worn_profiles import unworn
 
 from femic.reference.run_options import RunOptions
 from femic.results.wheelset_contacts import Study
@@ -12,7 +13,6 @@ from femic.shifts.specification import builtin_names, example, load_shifts
 from geometries.errors import WrongInput
 from geometries.profiles.files import write_profile
 from geometries.profiles.standards import standard_profile
-from geometries.track.wear import unworn
 from tests.samples import ERROR, write_head
 
 MINIMAL = '[rail]\nprofile = "60E1"\n[wheel]\nprofile = "S1002"\n'

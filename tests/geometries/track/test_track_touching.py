@@ -19,6 +19,7 @@ from track_sections import (
     wheel_points,
     wheel_through,
 )
+from worn_profiles import unworn
 
 from geometries.errors import Failure, WrongInput
 from geometries.profiles.preparation import Prepared
@@ -27,7 +28,6 @@ from geometries.track.curves import Graph, Samples, graphs
 from geometries.track.en_15302 import CASES, WHEELS
 from geometries.track.layout import lay_out
 from geometries.track.touching import gap_minima, refined, refined_near
-from geometries.track.wear import unworn
 from geometries.track.wheelset import curves_in_place, settle, settle_wheel
 
 CONE, CIRCLES = Cone(), Circles()

@@ -7,15 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import scipy
-
-from geometries.errors import Failure, WrongInput
-from geometries.profiles.files import read_profile
-from geometries.profiles.preparation import first_crossing, prepare
-from geometries.profiles.profile import Profile
-from geometries.profiles.smoothing import chord_lengths
-from geometries.profiles.standards import NAMED, WORN
-from geometries.track.layout import TrackDimensions, WheelsetDimensions, lay_out
-from geometries.track.wear import (
+from worn_profiles import (
     TRACK,
     WHEELSET,
     WORN_AREA,
@@ -28,6 +20,14 @@ from geometries.track.wear import (
     wear,
     worn_pair,
 )
+
+from geometries.errors import Failure, WrongInput
+from geometries.profiles.files import read_profile
+from geometries.profiles.preparation import first_crossing, prepare
+from geometries.profiles.profile import Profile
+from geometries.profiles.smoothing import chord_lengths
+from geometries.profiles.standards import NAMED, WORN
+from geometries.track.layout import TrackDimensions, WheelsetDimensions, lay_out
 
 R_R, R_W = 80.0, 110.0
 CHEAP = WearLaw(steps=45, straight_samples=40, curve_samples=20)

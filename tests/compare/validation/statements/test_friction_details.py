@@ -85,6 +85,7 @@ def test_a_curve_that_is_only_moved_leaves_nothing():
     contacts = make.rolling(zero=make.of((), 0, 0.3), force=force)
     assert friction_contacts.shift(contacts, 0.2, "B") == pytest.approx(0.3)
     assert friction_contacts.left_after_shift(contacts, 0.2, "B") == pytest.approx(0.0, abs=1e-9)
+    assert friction_contacts.left_after_shift(make.rolling(), 0.2, "B") == 0.0
 
 
 def test_moduli_keep_the_compliance_of_both():
