@@ -36,7 +36,7 @@ def pair(short, angle=None, end=90.0, **facts):
         ((("middle", 60.0), ("worst", 41.0), ("best", 75.0)), "A", "41 ± 3° … 75 ± 3°"),
         ((("first", 50.0), ("other", 60.0), ("none", None, 90.0)), "A", "50 ± 3° … > 90°"),
         ((("first", 50.0), ("other", 60.0), ("none", None, 30.0)), "A", "50 ± 3° … 60 ± 3°"),
-        ((("x",), ("y", None, 80.0)), "A", "all, to 90°"),
+        ((("x",), ("y", None, 80.0)), "A", "met up to 90°"),
         ((("x",),), "mix", ""),
     ],
 )
@@ -130,5 +130,5 @@ def test_the_reach_of_forces_is_over_all_pairs_that_roll(two_rolling_pairs):
     of = two_rolling_pairs["rolling"]["another"]["frictions"]["0.4"]["crossings"]["A"]["free"]["0.05"]
     of |= {"at": deviation(12.0), "estimate": 0.9, "before": False, "stays": True}
     rows = decision_page.decision_rows(two_rolling_pairs)
-    row = next(row for row in rows if "rolling freely" in row["wanted"])
+    row = next(row for row in rows if "free rolling" in row["wanted"])
     assert row["A"].startswith("12\u00a0±\u00a01°")

@@ -24,9 +24,10 @@ OTHERS = {
     "s1002-on-60e1-worn": Look("#808080", "dot", "", 2.2),
 }
 SPACE, PLUS_MINUS, DOTS = "\u00a0", "\u00a0±\u00a0", "\u00a0…\u00a0"  # lines do not break there
-CROSSING = f"{100 * SHOWN:g} % is passed"
+CROSSING = f"error reaches {100 * SHOWN:g} %"
 CROSSED = Look("ink", "", "circle-open")
 DRAWN, LOOSEST = "rolling", "arc-1.1"  # the pair whose forces are drawn, and the one that fits least
+FORCE_ICS = ("A", "Bhat", "Bhat_prime", "mix")
 OF_FRICTION = {"0.2": "solid", "0.4": "dash", "0.6": "dot"}
 
 
@@ -60,8 +61,8 @@ def draw(values: Mapping[str, Any]) -> Figure:
             levels=levels,
         )
         for number, title in (
-            ("half", "F_x where C has half of friction × load"),
-            ("free", "F_x where C rolls freely"),
+            ("half", "F_x where it is half of friction × load with C"),
+            ("free", "F_x at free rolling with C"),
         )
     ]
     looks = {ics_symbol(ics): replace(OWN[ics], dash="solid", marker="") for ics in WITH_FRICTION}
@@ -123,9 +124,9 @@ PRESSURES = (
     Wanted("approach to 5 %", "approach", 0.05),
 )
 FORCES = (
-    Wanted("F_x to 5 % of itself, at half of friction × load", "half", 0.025),
-    Wanted("F_x to 10 % of itself, at half of friction × load", "half", 0.05),
-    Wanted("F_x to 5 % of friction × load, rolling freely", "free", 0.05),
+    Wanted("F_x to 5 %, where it is half of friction × load", "half", 0.025),
+    Wanted("F_x to 10 %, where it is half of friction × load", "half", 0.05),
+    Wanted("F_x to 5 % of friction × load, at free rolling", "free", 0.05),
 )
 
 
@@ -134,7 +135,7 @@ def decision_rows(values: Mapping[str, Any]) -> list[dict[str, Any]]:
     pairs = list(values["pairs"].values())
     frictions = [of for pair in values["rolling"].values() for of in pair["frictions"].values()]
     return [
-        {"wanted": wanted.text} | {ics: reach(of, ics, wanted) for ics in ("A", "Bhat", "Bhat_prime", "mix")}
+        {"wanted": wanted.text} | {ics: reach(of, ics, wanted) for ics in FORCE_ICS}
         for of, rows in ((pairs, PRESSURES), (frictions, FORCES))
         for wanted in rows
     ]
@@ -148,7 +149,7 @@ def reach(solved: Sequence[Mapping[str, Any]], ics: str, wanted: Wanted) -> str:
     crossed = sorted((of["at"]["angle"], number) for number, of in enumerate(found) if of["at"])
     ends = [of["end"]["angle"] for of in found if not of["at"]]
     if not crossed:
-        return f"all,{SPACE}to{SPACE}{max(ends):.0f}°"
+        return f"met{SPACE}up{SPACE}to{SPACE}{max(ends):.0f}°"
     first, last = (crossing_text(found[number]) for _, number in (crossed[0], crossed[-1]))
     if ends and max(ends) > crossed[-1][0]:
         return f"{first}°{DOTS}>{SPACE}{max(ends):.0f}°"
@@ -195,10 +196,45 @@ def nearest(values: Mapping[str, Any], name: str, key: str, place: float) -> dic
     }
 
 
+def force_rows(values: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the rows of the tables of F_x, by pair and friction, one text for each of the ICs.
+
+    Where errors reach two tolerances, and the errors at the largest load; of F_x itself where that is half of
+    friction times load.
+    """
+    rows = []
+    for name, pair in values["rolling"].items():
+        for friction, of in pair["frictions"].items():
+            at = nearest(values, f"{name} {friction}", "angles", 180.0)
+            errors = [
+                {key: factor * value for key, value in at["errors"][ics][number].items()}
+                for number, factor in (("half", 1 / HALF), ("free", 1.0))
+                for ics in FORCE_ICS
+            ]
+            rows.append(
+                {
+                    "name": f"{pair['short']}, {friction}",
+                    "at_largest": f"{pair['short']}, {at['angle']:.0f}°, {friction}",
+                    "half": _reached(of, "half", ("0.025", "0.05")),
+                    "free": _reached(of, "free", ("0.05", "0.1")),
+                    "errors": [signed(one["error"]) for one in errors],
+                    "estimate": f"{max(100 * max(one['estimate'] for one in errors), 0.1):.1f}",
+                }
+            )
+    return rows
+
+
+def _reached(of: Mapping[str, Any], number: str, tolerances: Sequence[str]) -> list[str]:
+    return [
+        "; ".join(crossing_text(of["crossings"][ics][number][tolerance]) for tolerance in tolerances)
+        for ics in FORCE_ICS
+    ]
+
+
 def readme_table(values: Mapping[str, Any]) -> str:
     """Return the table of README's first screen: pair, angle, errors of A, B-hat and, fitted, B-hat-prime."""
     lines = [
-        "| | Δδ | A, half-space | B̂ | B̂′, one fit | errors known to |",
+        "| error of | Δδ | A, half-space | B̂ | B̂′, with a fit | ± |",
         "|---|---|---|---|---|---|",
     ]
     rows = [
@@ -210,8 +246,8 @@ def readme_table(values: Mapping[str, Any]) -> str:
     for name, key, place in rows:
         at = nearest(values, name, key, place)
         of = [at["errors"][ics]["p_max"] for ics in ("A", "Bhat")]
-        lines.append(_readme_row(f"p_max: {at['title']}, {kilonewton(at['load'])}", at["angle"], of, None))
-    half, free = "at half of friction × load", "at the creepage where C has none, of friction × load"
+        lines.append(_readme_row(f"p_max, {at['title']}, {kilonewton(at['load'])}", at["angle"], of, None))
+    half, free = "where it is half of friction × load", "in % of friction × load, at free rolling"
     for pair, number, where in ((DRAWN, "half", half), (DRAWN, "free", free), (LOOSEST, "half", half)):
         at = nearest(values, f"{pair} 0.4", "angles", 180.0)
         factor = 1 / HALF if number == "half" else 1.0

@@ -162,11 +162,11 @@ def environment() -> Environment:
     made.filters |= {
         "crossing": decision_page.crossing_text,
         "error": decision_page.error_text,
-        "twice": lambda deviation: {key: 2 * value for key, value in deviation.items()},
         "load_of": decision_page.load_of,
         "kilonewton": decision_page.kilonewton,
         "nearest": decision_page.nearest,
         "decision_rows": decision_page.decision_rows,
+        "force_rows": decision_page.force_rows,
     }
     made.filters["seconds"] = in_seconds
     made.filters["signed"] = lambda share: f"{100 * share:+.0f} %".replace("-", "−")
