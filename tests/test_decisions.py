@@ -114,14 +114,14 @@ def test_rows_of_forces_name_their_pair_and_its_own_errors(two_rolling_pairs):
     template = write_docs.environment().get_template("decide/which-ics.md.j2")
     text = template.render(**write_docs.stored_numbers() | {"decisions": two_rolling_pairs})
     rows = [line for line in text.splitlines() if line.startswith(("| another, ", "| `rolling`, "))]
-    assert sum(row.startswith("| another, ") for row in rows) == 2 * 4  # ICs, in both tables
-    assert sum(row.startswith("| `rolling`, ") for row in rows) == 2 * 3 * 4
+    assert sum(row.startswith("| another, ") for row in rows) == 3  # tables
+    assert sum(row.startswith("| `rolling`, ") for row in rows) == 3 * 3
     pairs = [f"{name} 0.4" for name in ("rolling", "another")]
     solved = [decision_page.nearest(two_rolling_pairs, pair, "angles", 180.0)["errors"] for pair in pairs]
     rolling, another = (errors["A"]["half"]["error"] for errors in solved)
     assert another == pytest.approx(rolling / 2)
-    (row,) = (row for row in rows if row.startswith("| another, ") and "°, 0.4, A |" in row)
-    assert f"| {100 * another:+.1f}".replace("-", "−") in row
+    (row,) = (row for row in rows if row.startswith("| another, ") and "°, 0.4 |" in row)
+    assert row.split(" | ")[1] == f"{200 * another:+.1f}".replace("-", "−")  # of F_x, half of friction times load
     assert "of 2 wheels on one rail" in text
 
 
