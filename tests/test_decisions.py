@@ -121,7 +121,8 @@ def test_rows_of_forces_name_their_pair_and_its_own_errors(two_rolling_pairs):
     rolling, another = (errors["A"]["half"]["error"] for errors in solved)
     assert another == pytest.approx(rolling / 2)
     (row,) = (row for row in rows if row.startswith("| another, ") and "°, 0.4 |" in row)
-    assert row.split(" | ")[1] == f"{200 * another:+.1f}".replace("-", "−")  # of F_x, half of friction times load
+    of_itself = 200 * another  # %: F_x is half of friction times load
+    assert row.split(" | ")[1] == f"{of_itself:+.1f}".replace("-", "−")
     assert "of 2 wheels on one rail" in text
 
 
