@@ -86,7 +86,7 @@ def test_what_pages_load_and_link_to_within_the_site_is_there(pages):
 
 def test_the_site_has_every_section_public_name_and_example(site, pages):
     links = pages[site / "index.html"].links
-    sections = ("start", "decide", "concepts", "how-to", "theory", "gallery", "reference", "evidence")
+    sections = ("start", "decide", "how-to", "theory", "gallery", "reference", "evidence")
     assert [name for name in sections if f"{name}/index.html" not in links] == []
     text = (ROOT / "docs/reference/api.md").read_text(encoding="utf-8")
     named = re.findall(r"^\.\. auto\w+:: femic\.(\w+)$", text, re.MULTILINE)

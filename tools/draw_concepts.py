@@ -190,7 +190,7 @@ def discount() -> Figure:
         c.s,
         1e6 * ics.raw.sel(solved="lower", i="n", j="n"),
         color=RED,
-        label="before: with the give of the body",
+        label="before, with the rigid motion",
     )
     axes.plot(c.s, 1e6 * c.ic.sel(variant="A"), color=BLUE, linestyle="--", label="A, the half-space")
     axes.set(xlabel="s [mm]", ylabel="$C_{nn}$ [1e-6 mm/N]", xlim=(-12, 12))
