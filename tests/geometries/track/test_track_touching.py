@@ -1,6 +1,5 @@
 import re
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -468,18 +467,6 @@ def test_an_edge_between_pieces_of_a_standard_touches():
 
 
 # --- the page of the theory ------------------------------------------------------------------------
-
-PAGE = Path(__file__).parents[3] / "docs/theory/wheel-on-rail.md"
-
-
-def test_the_example_runs_and_its_claims_hold():
-    (example,) = re.findall(
-        r"^```python\n(.*?)^```$", PAGE.read_text("utf-8"), flags=re.DOTALL | re.MULTILINE
-    )
-    names = {}
-    exec(compile(example, PAGE, "exec"), names)
-    assert example.count("assert") == 3
-    assert names["conicity"].amplitude == 3
 
 
 @pytest.mark.parametrize("shift", [0.5, 8.7])
