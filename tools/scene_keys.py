@@ -17,6 +17,7 @@ from femic.scenes.file import SceneFile
 from femic.scenes.lines import LineAlongS, LineAlongX
 from femic.scenes.listing import TABLES, as_toml, choices, inner_tables, table_in
 from femic.scenes.load import builtin_names, load_scene
+from femic.scenes.profiles import OF_FILES
 from femic.shifts.specification import (
     ContactTable,
     RollingTable,
@@ -47,6 +48,7 @@ SHIFT_TABLES: dict[str, Any] = {  # of a specification of femic shifts
     "contact": ContactTable,
 }
 CONTAINERS = ("effective", "lines")  # keys of a scene with tables of several kinds
+SHARED_BY_LINES = ("along", "reach", "points")  # keys of lines along x and along s
 
 
 def scene_keys() -> dict[str, Any]:
@@ -59,12 +61,13 @@ def scene_keys() -> dict[str, Any]:
         "contours": {name: (told(table, "kind"), rows(table, "kind")) for name, table in CONTOURS.items()},
         "effective": (fields["effective"].description, rows(CombinedTable), rows(TransitionTable)),
         "outline": rows(OutlineTable),
-        "lines": (fields["lines"].description, rows(LineAlongX), rows(LineAlongS)),
+        "lines": (fields["lines"].description, rows(LineAlongX), rows(LineAlongS, *SHARED_BY_LINES)),
         "campaign": rows(CampaignFile),
         "axis": rows(AxisTable),
         "kinds": list(KINDS),
         "shifts": rows(ShiftsFile, "rail", "right_rail", "right_wheel", *SHIFT_TABLES),
-        "shift_tables": {name: rows(table) for name, table in SHIFT_TABLES.items()},
+        "shift_tables": {name: rows(table, *OF_FILES) for name, table in SHIFT_TABLES.items()},
+        "of_files": [key for key in OF_FILES if key in WheelTable.model_fields],
         "builtin": {name: load_scene(name).title for name in builtin_names()},
     }
 
@@ -109,8 +112,8 @@ def row(table: type[BaseModel], key: str, field: FieldInfo) -> dict[str, str]:
 
 def of_motions(key: str) -> str:
     """Return for which motions a key of [contact] is, where not for all."""
-    motions = [f"`{name}`" for name, motion in MOTIONS.items() if key in motion.keys]
-    return f" (only with `motion` = {' or '.join(motions)})" if motions else ""
+    motions = [name for name, motion in MOTIONS.items() if key in motion.keys]
+    return f" (*{', '.join(motions)}*)" if motions else ""
 
 
 def default_of(field: FieldInfo) -> str:
