@@ -33,6 +33,7 @@ UNITS = (
 )
 UNIT = re.compile(rf" ?\[({'|'.join(map(re.escape, UNITS))})\]")
 DEFAULT = re.compile(r"(?:^|[;,] )default: (.*)$")
+OF_MOTION = re.compile(r"^(?:of (?:transient )?rolling(?:, steady or transient)?|without friction): ")
 PAGE = re.compile(r"docs/([\w/-]+)\.md")
 RANGES = {
     (LEAST_LENGTH, LARGEST_LENGTH): "length",
@@ -99,8 +100,8 @@ def row(table: type[BaseModel], key: str, field: FieldInfo) -> dict[str, str]:
     meaning = DEFAULT.sub("", text)
     if len(units) == 1:
         meaning = UNIT.sub("", meaning)
-    if table is table_in(SceneFile.model_fields["contact"]):
-        meaning += of_motions(key)
+    if table is table_in(SceneFile.model_fields["contact"]) and (motions := motions_of(key)):
+        meaning = f"*{motions}*: {OF_MOTION.sub('', meaning)}"
     return {
         "key": field.alias or key,
         "type": "table" if key == "outline" else type_of(field),
@@ -110,10 +111,9 @@ def row(table: type[BaseModel], key: str, field: FieldInfo) -> dict[str, str]:
     }
 
 
-def of_motions(key: str) -> str:
-    """Return for which motions a key of [contact] is, where not for all."""
-    motions = [name for name, motion in MOTIONS.items() if key in motion.keys]
-    return f" (*{', '.join(motions)}*)" if motions else ""
+def motions_of(key: str) -> str:
+    """Return the motions that use a key of [contact], "" where all do."""
+    return ", ".join(name for name, motion in MOTIONS.items() if key in motion.keys)
 
 
 def default_of(field: FieldInfo) -> str:
