@@ -168,7 +168,7 @@ def test_the_quick_start_runs(tmp_path, monkeypatch):
     """A wheel that is driven pushes; stiffness goes like the ICs; the sides of a wheelset are alike."""
     monkeypatch.chdir(tmp_path)
     blocks, names = run_blocks("docs/how-to/python.md")
-    assert blocks == 15
+    assert blocks == 13
     assert np.all(names["errors"].error.sel(variant="C", j="n") <= 0.1)
     assert names["fitted"].fit.rms.item() < 0.1
     np.testing.assert_allclose(names["pressed"]["load"].sel(case=4e3), 4e3, rtol=1e-6)
@@ -188,7 +188,7 @@ def test_the_quick_start_runs_with_b_hat_as_c_and_without_contacts(tmp_path, mon
     monkeypatch.chdir(tmp_path)
     b_hat_as_c(monkeypatch)
     blocks, names = run_blocks("docs/how-to/python.md", without=("solve_contact", "compute_shifts"))
-    assert blocks == 15
+    assert blocks == 13
     errors = names["errors"].error
     assert np.all(errors.sel(variant="C", j="n") <= 0.1)
     assert np.all(errors.sel(variant="Bhat", j="n") < 1e-9)

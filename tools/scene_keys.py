@@ -17,6 +17,7 @@ from femic.scenes.file import SceneFile
 from femic.scenes.lines import LineAlongS, LineAlongX
 from femic.scenes.listing import TABLES, as_toml, choices, inner_tables, table_in
 from femic.scenes.load import builtin_names, load_scene
+from femic.scenes.profiles import OF_FILES
 from femic.shifts.specification import (
     ContactTable,
     RollingTable,
@@ -32,6 +33,7 @@ UNITS = (
 )
 UNIT = re.compile(rf" ?\[({'|'.join(map(re.escape, UNITS))})\]")
 DEFAULT = re.compile(r"(?:^|[;,] )default: (.*)$")
+OF_MOTION = re.compile(r"^(?:of (?:transient )?rolling(?:, steady or transient)?|without friction): ")
 PAGE = re.compile(r"docs/([\w/-]+)\.md")
 RANGES = {
     (LEAST_LENGTH, LARGEST_LENGTH): "length",
@@ -47,6 +49,7 @@ SHIFT_TABLES: dict[str, Any] = {  # of a specification of femic shifts
     "contact": ContactTable,
 }
 CONTAINERS = ("effective", "lines")  # keys of a scene with tables of several kinds
+SHARED_BY_LINES = ("along", "reach", "points")  # keys of lines along x and along s
 
 
 def scene_keys() -> dict[str, Any]:
@@ -59,12 +62,13 @@ def scene_keys() -> dict[str, Any]:
         "contours": {name: (told(table, "kind"), rows(table, "kind")) for name, table in CONTOURS.items()},
         "effective": (fields["effective"].description, rows(CombinedTable), rows(TransitionTable)),
         "outline": rows(OutlineTable),
-        "lines": (fields["lines"].description, rows(LineAlongX), rows(LineAlongS)),
+        "lines": (fields["lines"].description, rows(LineAlongX), rows(LineAlongS, *SHARED_BY_LINES)),
         "campaign": rows(CampaignFile),
         "axis": rows(AxisTable),
         "kinds": list(KINDS),
         "shifts": rows(ShiftsFile, "rail", "right_rail", "right_wheel", *SHIFT_TABLES),
-        "shift_tables": {name: rows(table) for name, table in SHIFT_TABLES.items()},
+        "shift_tables": {name: rows(table, *OF_FILES) for name, table in SHIFT_TABLES.items()},
+        "of_files": [key for key in OF_FILES if key in WheelTable.model_fields],
         "builtin": {name: load_scene(name).title for name in builtin_names()},
     }
 
@@ -96,8 +100,8 @@ def row(table: type[BaseModel], key: str, field: FieldInfo) -> dict[str, str]:
     meaning = DEFAULT.sub("", text)
     if len(units) == 1:
         meaning = UNIT.sub("", meaning)
-    if table is table_in(SceneFile.model_fields["contact"]):
-        meaning += of_motions(key)
+    if table is table_in(SceneFile.model_fields["contact"]) and (motions := motions_of(key)):
+        meaning = f"*{motions}*: {OF_MOTION.sub('', meaning)}"
     return {
         "key": field.alias or key,
         "type": "table" if key == "outline" else type_of(field),
@@ -107,10 +111,9 @@ def row(table: type[BaseModel], key: str, field: FieldInfo) -> dict[str, str]:
     }
 
 
-def of_motions(key: str) -> str:
-    """Return for which motions a key of [contact] is, where not for all."""
-    motions = [f"`{name}`" for name, motion in MOTIONS.items() if key in motion.keys]
-    return f" (only with `motion` = {' or '.join(motions)})" if motions else ""
+def motions_of(key: str) -> str:
+    """Return the motions that use a key of [contact], "" where all do."""
+    return ", ".join(name for name, motion in MOTIONS.items() if key in motion.keys)
 
 
 def default_of(field: FieldInfo) -> str:
