@@ -27,6 +27,7 @@ from geometries.track.layout import SideName
 from geometries.track.wheelset import settle
 
 INDENT = 4 * " "  # of keys in comments
+DIGITS = 7  # decimals of lengths [mm] and angles [deg]
 ROOM = float(np.radians(10.0))  # from the contact angle to the flanks of the bodies at least
 
 
@@ -78,13 +79,13 @@ def write_scene(
     steepest = C_FLANK if abs(touch.angle) + ROOM < C_FLANK else STEEPEST
     turn = {
         "rail_inclination": specification.track.rail_inclination,
-        "turn_deg": -float(np.degrees(place.roll)),
+        "turn_deg": round(-float(np.degrees(place.roll)), DIGITS),
     }
-    both = {"steepest_deg": float(np.degrees(steepest))}
+    both = {"steepest_deg": round(float(np.degrees(steepest)), DIGITS)}
     title = specification.title or "Wheelset"
     scene = {
         "title": f"{title}: {side} wheel at a shift of {position.given_shift:g} mm",
-        "reference_length": reference_length(touch.curvature_rail),
+        "reference_length": round(reference_length(touch.curvature_rail), DIGITS),
         "lower": {
             "E": rail.E,
             "nu": rail.nu,
@@ -94,7 +95,7 @@ def write_scene(
             "E": wheel.E,
             "nu": wheel.nu,
             "contour": _contour(wheel, "wheel", touch.s_wheel) | both,
-            "rolling_radius": touch.radius,
+            "rolling_radius": round(touch.radius, DIGITS),
         },
         "contact": {
             "loads": [specification.contact.load],
@@ -110,7 +111,7 @@ def write_scene(
 
 def _contour(table: ProfileTable, kind: Kind, centre: float) -> dict[str, Any]:
     """Return the keys of a profile whose contact centre is at an arc length [mm]."""
-    place = {"kind": "profile", "s_centre": centre}
+    place = {"kind": "profile", "s_centre": round(centre, DIGITS)}
     if table.is_standard:
         return place | {"standard": table.profile}
     given = {key: value for key in OF_FILES if (value := getattr(table, key)) is not None}
