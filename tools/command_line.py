@@ -9,7 +9,7 @@ from femic.cli.main import app
 
 COMMAND = re.compile(r"^## (femic .*)$", flags=re.MULTILINE)
 ENTRY = re.compile(r"^\* `([^`]*)`(.*)$", flags=re.MULTILINE)  # an argument or an option
-ARTEFACTS = re.compile(r", --empty-\w+|, --scene| \*\[default: (?:\(.*\)|False)\]\*| \*\*\[required\]\*\*")
+ARTEFACTS = re.compile(r", --scene| \*\[default: (?:\(.*\)|False)\]\*| \*\*\[required\]\*\*")
 SHARED = 5  # commands that have an entry, from which on it is shown once
 
 
@@ -45,11 +45,10 @@ def command_line() -> dict[str, Any]:
 def command(name: str, text: str) -> Command:
     """Return a command from its part of the program's Markdown."""
     called, _, rest = text.partition("```console\n")[2].partition("\n```\n")
-    arguments = [argument for argument, _ in ENTRY.findall(rest) if not argument.startswith("--")]
-    for argument in arguments[:1]:
-        called = called.replace("[ARGS...]", f"{argument}...").replace("[ARGS]", f"[{argument}]")
     entries = [f"`{shown(entry)}`{shown(meaning)}" for entry, meaning in ENTRY.findall(rest)]
-    return Command(name, called, rest.strip().split("\n")[0], entries)
+    return Command(
+        name, called.replace(f"{name} {name.split()[-1]}", name), rest.strip().split("\n")[0], entries
+    )
 
 
 def shown(text: str) -> str:

@@ -12,7 +12,7 @@ from pathlib import Path
 from signal import SIGINT, pthread_kill
 from threading import Timer, main_thread
 
-from cyclopts import App, CycloptsError
+from cyclopts import App, CycloptsError, Parameter
 from rich.logging import RichHandler
 
 from femic.cli.progress import terminal
@@ -30,6 +30,7 @@ app = App(
     name="femic",
     help="Influence coefficients of non-planar elastic solids: finite elements (C) against approximations.",
     suppress_keyboard_interrupt=False,
+    default_parameter=Parameter(negative_iterable=()),
 )
 COMMANDS = {  # by name: module and function, and the help text
     "run": ("scenes:run", "Compute and compare the ICs of a scene; write a report."),
@@ -67,8 +68,17 @@ COMMANDS = {  # by name: module and function, and the help text
     ),
     "scenes": ("scenes:scenes", "List the built-in scenes, or print one with every key."),
 }
+OPTIONAL = {  # arguments that may be left out, or repeated: cyclopts would call them ARGS
+    "contact": "SCENE...",
+    "calibrate": "SCENE...",
+    "compare": "SCENE...",
+    "profiles": "[NAMES...]",
+    "shifts": "[SPECIFICATION]",
+}
 for command, (location, help_text) in COMMANDS.items():
-    app.command(f"femic.cli.{location}", name=command, help=help_text)
+    argument = OPTIONAL.get(command)
+    usage = f"Usage: femic {command} [OPTIONS] {argument}" if argument else None
+    app.command(f"femic.cli.{location}", name=command, help=help_text, usage=usage)
 
 
 def main(arguments: list[str] | None = None) -> None:

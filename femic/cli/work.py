@@ -74,7 +74,7 @@ class Work:
     store: StoreAt = None
     figures: Annotated[
         tuple[Literal["pdf", "png"], ...],
-        Parameter(help="formats of each figure, beside SVG", consume_multiple=True),
+        Parameter(help="formats of each figure, beside SVG", consume_multiple=True, show_default=False),
     ] = ()
 
     def folder(self, scene: Scene) -> Path:
