@@ -120,8 +120,8 @@ def shift(at: xr.Dataset, ics: str, c: str) -> float:
 def left_after_shift(at: xr.Dataset, ics: str, c: str) -> float:
     """Return the share of a curve's distance that is left when it is moved to C's creepage without force.
 
-    The curve of these ICs is interpolated between its creepages, and compared where both are known. Nothing is
-    left of curves that are equal.
+    The curve of these ICs is interpolated between its creepages, and compared where both are known. Of
+    equal curves nothing is left.
     """
     with_c, own = (scaled_force(at).sel(ics=name).dropna("xi") for name in (c, ics))
     if min(with_c.size, own.size) < 2:
