@@ -46,9 +46,8 @@ def command(name: str, text: str) -> Command:
     """Return a command from its part of the program's Markdown."""
     called, _, rest = text.partition("```console\n")[2].partition("\n```\n")
     entries = [f"`{shown(entry)}`{shown(meaning)}" for entry, meaning in ENTRY.findall(rest)]
-    return Command(
-        name, called.replace(f"{name} {name.split()[-1]}", name), rest.strip().split("\n")[0], entries
-    )
+    called = called.replace(f"{name} {name.removeprefix('femic ')}", name)  # where the usage is given
+    return Command(name, called, rest.strip().split("\n")[0], entries)
 
 
 def shown(text: str) -> str:
