@@ -1,10 +1,10 @@
 """femic against the reference outputs that CONTACT publishes with its examples: print a table.
 
-    python tools/contact_reference.py FOLDER
+    python tools/contact_reference.py FOLDER [--record]
 
 FOLDER is `examples` of CONTACT's public repository (github.com/eve70a/CONTACT): the reference outputs of its
 authors, *.ref_out and *.ref_subs, and profiles of the Manchester benchmark. Nothing of it is part of femic.
-docs/evidence/other-programs.md has the table.
+With --record the table goes to docs/numbers/benchmarks, for docs/evidence/other-programs.md.
 """
 
 import argparse
@@ -34,6 +34,9 @@ from geometries.contours import arc, plane
 from geometries.materials import Material
 from geometries.patches import Grid
 from geometries.surfaces import Surface
+
+sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
+from tables import Record, arguments, print_table
 
 STEEL = Material(2 * 1.28 * 82000.0, 0.28)
 APPROACH = 0.09089  # mm, of the conforming example
@@ -152,6 +155,13 @@ def manchester(folder: Path) -> Iterator[Row]:
     yield "Manchester, 0 mm", "approach, mm (A)", theirs["APPROACH"], float(right.approach)
 
 
+RECORD = Record(
+    "contact_reference.cases",
+    "CONTACT: published reference outputs",
+    "The outputs beside the examples of CONTACT (github.com/eve70a/CONTACT, 23 July 2025), and femic. "
+    "FOLDER is its folder `examples`.",
+    "python tools/contact_reference.py FOLDER",
+)
 CASES = (below_a_square, cattaneo, manchester, conformal)
 
 
@@ -161,14 +171,16 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("folder", type=Path, help="the folder `examples` of CONTACT")
-    folder = parser.parse_args().folder
-    sys.stdout.write("| case | quantity | CONTACT | femic | difference |\n|---|---|---|---|---|\n")
+    folder = parser.parse_args(arguments()).folder
+    print_table(["case", "quantity", "CONTACT", "femic", "difference"], printed_rows(folder), record=RECORD)
+    return 0
+
+
+def printed_rows(folder: Path) -> Iterator[list[str]]:
     for rows in CASES:
         for case, quantity, theirs, ours in rows(folder):
             share = f"{ours / theirs - 1:+.2%}" if theirs else "-"
-            sys.stdout.write(f"| {case} | {quantity} | {theirs:.5g} | {ours:.5g} | {share} |\n")
-            sys.stdout.flush()
-    return 0
+            yield [case, quantity, f"{theirs:.5g}", f"{ours:.5g}", share]
 
 
 if __name__ == "__main__":
