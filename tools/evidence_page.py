@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 Values = dict[str, Any]
@@ -39,7 +40,7 @@ def worst_case(criterion: Values) -> Values:
     return {
         "case": case,
         "value": counted.get(case),
-        "close": case is not None and criterion["close"][case],
+        "close": sum(criterion["close"][name] for name in values),
         "missed": len(missed),
         "cases": len(values),
     }
@@ -75,7 +76,7 @@ def counts(extremes: Values) -> Values:
         "cases": len(reached),
         "estimated": len(estimated),
         "held": sum(case["honest"] for _, case in estimated),
-        "short": [{"engine": row["engine"], **case} for row, case in estimated if not case["honest"]],
+        "short": [{"case": case_name(row, case), **case} for row, case in estimated if not case["honest"]],
         "beyond": len(beyond),
         "refused": sum(not case["computed"] and not case.get("failed") for case in beyond),
     }
@@ -87,20 +88,21 @@ def refused(extremes: Values) -> dict[str, list[str]]:
     for row in extremes["rows"]:
         for case in row["beyond"]:
             if not case["computed"]:
-                parts.setdefault(row["engine"], []).append(named(row["parameter"], case["at"]))
+                parts.setdefault(row["engine"], []).append(case_name(row, case, ""))
     return parts
 
 
 def computed(extremes: Values) -> list[str]:
     """Return the cases beyond the limits that are computed all the same."""
-    return [
-        f"{row['engine']}, {named(row['parameter'], case['at'])}"
-        for row in extremes["rows"]
-        for case in row["beyond"]
-        if case["computed"]
-    ]
+    return [case_name(row, case) for row in extremes["rows"] for case in row["beyond"] if case["computed"]]
 
 
-def named(parameter: str, at: str) -> str:
-    """Return a case with its parameter, unless it names that itself."""
-    return at if "=" in at else f"{parameter}: {at}"
+def case_name(row: Values, case: Values, separator: str = ", ") -> str:
+    """Return a case with its part, if a separator is given, and with its parameter unless it names that."""
+    part = f"{row['engine']}{separator}" if separator else ""
+    return part + (case["at"] if "=" in case["at"] else f"{row['parameter']}: {case['at']}")
+
+
+def wrapped(text: str) -> str:
+    """Return a paragraph in lines as long as those of the pages."""
+    return fill(text, 118, break_long_words=False, break_on_hyphens=False)

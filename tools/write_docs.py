@@ -6,8 +6,8 @@ With --compute, decisions, stresses, `femic validate`, `calibrate`, `frontier` a
 first (models in out/ are not solved again); the numbers of each go to docs/numbers/ as soon as they are
 there. Pages are rendered from these, the keys and commands that the program declares, and docs/templates/; a
 test compares. Numbers carry the digest of the code that computed them: --check writes nothing, says which
-pages have numbers of other code, and ends with 1 if any does. Tables of benchmarks (docs/numbers/benchmarks, by
-`make bench`) carry theirs on the page and are not checked: seconds change with every machine.
+pages have numbers of other code, and ends with 1 if any does. Tables of benchmarks (`make bench`, in
+docs/numbers/benchmarks) name theirs on the page and are not checked: seconds change with every machine.
 """
 
 import json
@@ -172,7 +172,10 @@ def environment() -> Environment:
     }
     made.filters |= {
         name: getattr(evidence_page, name)
-        for name in ("changed_verdicts", "computed", "counts", "origin", "refused", "worst_case", "worst_rows")
+        for name in (
+            *("changed_verdicts", "computed", "counts", "origin", "refused"),
+            *("worst_case", "worst_rows", "wrapped"),
+        )
     }
     made.filters["columns"] = evidence_page.columns_of
     made.filters["seconds"] = in_seconds
