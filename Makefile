@@ -103,7 +103,7 @@ bench: $(TOOLS)  ## seconds, memory and errors, for docs/evidence (an hour)
 	$(BIN)/python benchmarks/engines.py --record
 	$(BIN)/python benchmarks/finite_strain.py --record
 	$(BIN)/python benchmarks/elimination.py --record
-	$(BIN)/python benchmarks/matrix.py 32 64 --record
+	$(BIN)/python benchmarks/matrix.py --record
 	$(BIN)/python benchmarks/contact_discount.py --record
 	$(BIN)/python benchmarks/normal_contact.py --record
 	$(BIN)/python benchmarks/rolling_contact.py --record

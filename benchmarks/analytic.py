@@ -89,6 +89,10 @@ def worst_error(form: Form, cases: Sequence[Case]) -> float:
     return worst
 
 
+def shown(error: float) -> str:
+    return f"{error:.0e}" if np.isfinite(error) else "not a number"
+
+
 def accuracy() -> None:
     rng = np.random.default_rng(0)
 
@@ -115,8 +119,8 @@ def accuracy() -> None:
         (
             [
                 name,
-                f"{worst_error(textbook, cases):.0e}",
-                f"{worst_error(rectangle.over_rectangle, cases):.0e}",
+                shown(worst_error(textbook, cases)),
+                shown(worst_error(rectangle.over_rectangle, cases)),
             ]
             for name, cases in groups.items()
         ),
