@@ -50,7 +50,7 @@ OF_ENGINES = Record(
     "engines.engines",
     "Both engines",
     "C of both bodies, all six components with estimated errors, on three lines. Estimated error and "
-    "difference are the largest of any component, as shares of the scale of refinement. Unknowns are "
+    "difference are the largest of any component, divided by the scale of refinement. Unknowns are "
     "those of the largest model, memory is the peak of all processes together.",
     "python benchmarks/engines.py",
 )

@@ -31,7 +31,7 @@ COLUMNS = (
     "n_s",
     "n_x",
     "time [s]",
-    "of it models [s]",
+    "models alone [s]",
     "again, with stored models [s]",
     "unknowns",
     "memory [MB]",
