@@ -78,7 +78,8 @@ mutations: $(TOOLS)  ## small changes of the code: do the tests notice? (hours; 
 	$(BIN)/python tools/mutations.py
 
 calculix: $(READY)  ## C, contacts and stresses judged by CalculiX (`apt install calculix-ccx`): docs/evidence/other-programs.md (half an hour)
-	$(BIN)/python tools/calculix
+	$(BIN)/python tools/calculix --record
+	$(BIN)/python tools/write_docs.py
 
 test: $(TOOLS)  ## all tests but the slow ones (minutes)
 	$(BIN)/pytest
@@ -96,17 +97,19 @@ format: $(TOOLS)  ## format the code
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-bench: $(TOOLS)  ## seconds, memory and errors (tables go to the pages of docs/ by hand)
-	$(BIN)/python benchmarks/analytic.py
-	$(BIN)/python benchmarks/effective_bodies.py
-	$(BIN)/python benchmarks/engines.py
-	$(BIN)/python benchmarks/finite_strain.py
-	$(BIN)/python benchmarks/elimination.py
-	$(BIN)/python benchmarks/matrix.py 32 64
-	$(BIN)/python benchmarks/contact_discount.py
-	$(BIN)/python benchmarks/normal_contact.py
-	$(BIN)/python benchmarks/rolling_contact.py
-	$(BIN)/python benchmarks/solid_engine.py
+bench: $(TOOLS)  ## seconds, memory and errors, for docs/evidence (an hour)
+	$(BIN)/python benchmarks/analytic.py --record
+	$(BIN)/python benchmarks/effective_bodies.py --record
+	$(BIN)/python benchmarks/engines.py --record
+	$(BIN)/python benchmarks/finite_strain.py --record
+	$(BIN)/python benchmarks/elimination.py --record
+	$(BIN)/python benchmarks/matrix.py --record
+	$(BIN)/python benchmarks/contact_discount.py --record
+	$(BIN)/python benchmarks/normal_contact.py --record
+	$(BIN)/python benchmarks/rolling_contact.py --record
+	$(BIN)/python benchmarks/track_geometry.py --record
+	$(BIN)/python benchmarks/solid_engine.py --record
+	$(BIN)/python tools/write_docs.py
 
 clean:  ## remove results and the virtual environment
 	rm -rf out docs/gallery .venv .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis

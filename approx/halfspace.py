@@ -47,7 +47,7 @@ class HalfSpace:
         """A per unit pressure [mm/MPa] at observers (x, s) [mm] relative to the patch centre.
 
         Shape (3, 3, *broadcast(x, s).shape): displacement i due to traction j, directions x, s, n.
-        Relative errors are below 1e-14 everywhere (bilinear: docs/evidence/analytic.md); zeros of
+        Relative errors are below 1e-14 everywhere (bilinear: benchmarks/analytic.py); zeros of
         symmetry are exact.
         Raises WrongInput for points that are not finite or do not broadcast. Source: [BVSV] section 2,
         Kalker (1990).

@@ -18,7 +18,7 @@ element, so its integrals are averages of the integrals over the uniform rectang
 observer. The average is a product of two quadratures: Gauss-Legendre rules, whose number of nodes follows
 from the distance to the nearest corner (the size of an ellipse in the complex plane that contains no
 singularity), and beside the patch, where this ellipse is too small, tanh-sinh rules on both sides of the edge
-line. Errors: docs/evidence/analytic.md.
+line. Errors: docs/numbers/benchmarks/analytic.json.
 """
 
 from collections.abc import Iterator
@@ -33,7 +33,7 @@ from geometries.patches import Patch
 from geometries.quadrature import gauss
 
 XX, SS, XS, JX, JS = range(5)  # rows of the arrays of integrals
-IN_CACHE = 16384  # number of points worked on at a time (measured: docs/evidence/analytic.md)
+IN_CACHE = 16384  # number of points worked on at a time (measured: benchmarks/analytic.py)
 LENGTHS = 1e-70, 1e70  # mm; coordinates may also be smaller, or 0
 BELOW_ONE = np.nextafter(1.0, 0.0)
 

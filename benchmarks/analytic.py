@@ -1,6 +1,6 @@
-"""Benchmarks of the analytic ICs: print the tables of docs/evidence/analytic.md as Markdown.
+"""Benchmarks of the analytic ICs: digits and seconds (docs/evidence/accuracy.md, performance.md).
 
-    python benchmarks/analytic.py [accuracy] [speed] [hat] [library]
+    python benchmarks/analytic.py [accuracy] [speed] [hat] [library] [--record]
 
 accuracy  digits of the exact form and of the corner sums against 120-digit arithmetic
 speed     nanoseconds per point and set of nine components: textbook form, exact form, lag grid, variants
@@ -8,13 +8,12 @@ hat       bilinear elements: errors against a finer rule, microseconds per point
 library   the half-space kernels of slippy, if it is installed: error and nanoseconds
 """
 
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from time import perf_counter
 from tracemalloc import get_traced_memory, start, stop
 
 import numpy as np
-from tables import print_table
+from tables import Record, arguments, print_table
 
 from approx import kernels as hat
 from approx import kernels as rectangle
@@ -90,6 +89,10 @@ def worst_error(form: Form, cases: Sequence[Case]) -> float:
     return worst
 
 
+def shown(error: float) -> str:
+    return f"{error:.0e}" if np.isfinite(error) else "not a number"
+
+
 def accuracy() -> None:
     rng = np.random.default_rng(0)
 
@@ -116,12 +119,18 @@ def accuracy() -> None:
         (
             [
                 name,
-                f"{worst_error(textbook, cases):.0e}",
-                f"{worst_error(rectangle.over_rectangle, cases):.0e}",
+                shown(worst_error(textbook, cases)),
+                shown(worst_error(rectangle.over_rectangle, cases)),
             ]
             for name, cases in groups.items()
         ),
-        "Largest relative error of a component",
+        record=Record(
+            "analytic.digits",
+            "Digits of A",
+            "Largest relative error of one of the nine components of A (steel) against 120 digits. The "
+            "textbook form is the usual sum of logarithms over the corners of the patch.",
+            "python benchmarks/analytic.py accuracy",
+        ),
     )
 
 
@@ -158,9 +167,14 @@ def speed() -> None:
             yield [name, f"{each:.0f}", f"{each / base[kind]:.2f}", f"{megabytes(call):.0f}"]
 
     print_table(
-        ["what", "ns per point", "share of the textbook form", "peak memory with result [MB]"],
+        ["what", "time per point [ns]", "time over that of the textbook form", "memory with the result [MB]"],
         rows(),
-        "A: nine components of both bodies",
+        record=Record(
+            "analytic.speed",
+            "A: seconds",
+            "All nine components of both bodies, on one core.",
+            "python benchmarks/analytic.py speed",
+        ),
     )
     fade = EffectiveProperties(mismatch_k=Transition(0.1, 12.0, 1.5, 2.5))
     solid = HalfSpace(both_bodies(STEEL, BRASS), effective=fade)
@@ -171,7 +185,16 @@ def speed() -> None:
             took = seconds(lambda name=name: approximate(name, solid, wheel, PATCH, (x, s)))
             yield [name, f"{took / POINTS * 1e9:.0f}"]
 
-    print_table(["variant", "ns per point"], each_variant(), "Variants on a wheel, scattered points")
+    print_table(
+        ["ICs", "time per point [ns]"],
+        each_variant(),
+        record=Record(
+            "analytic.variants",
+            "Approximations: seconds",
+            "All nine components of both bodies at 200,000 scattered points of a wheel, on one core.",
+            "python benchmarks/analytic.py speed",
+        ),
+    )
 
 
 # --- bilinear elements ---------------------------------------------------------------------------------
@@ -199,9 +222,14 @@ def bilinear() -> None:
             yield [f"{aspect:g}", f"{of_largest:.0e}", f"{own:.0e}", f"{took / len(x) * 1e6:.0f}"]
 
     print_table(
-        ["aspect", "of the largest integral", "of the value itself", "µs per point"],
+        ["aspect", "error over the largest integral", "error over the value", "time per point [µs]"],
         rows(),
-        "Bilinear elements near the load: error against a rule of twice the nodes",
+        record=Record(
+            "analytic.bilinear",
+            "Bilinear elements",
+            "Errors near the load, against a rule of twice the nodes.",
+            "python benchmarks/analytic.py hat",
+        ),
     )
     took = seconds(lambda: hat.over_hat_lags(PATCH, 128, 64))
     print(f"\nLags 128 x 64: {took * 1e3:.0f} ms, {took / 128 / 64 * 1e9:.0f} ns each.")
@@ -241,14 +269,19 @@ def library() -> None:
             yield [f"{2 * a:g} x {2 * b:g} mm", f"{error:.0e}", f"{per_point:.0f}"]
 
     print_table(
-        ["element", "largest error of nn", "ns per point"],
+        ["element", "largest relative error of nn", "time per point [ns]"],
         rows(),
-        "slippy, nine components on a grid of lags",
+        record=Record(
+            "analytic.slippy",
+            "slippy 0.5.2: ICs of half-spaces",
+            "All nine components on 257 × 201 lags by slippy; its nn against femic's A.",
+            "python benchmarks/analytic.py library",
+        ),
     )
 
 
 PARTS = {"accuracy": accuracy, "speed": speed, "hat": bilinear, "library": library}
 
 if __name__ == "__main__":
-    for part in sys.argv[1:] or PARTS:
+    for part in arguments() or PARTS:
         PARTS[part]()

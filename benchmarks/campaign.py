@@ -1,13 +1,14 @@
 """Campaigns: scenes of one campaign against single runs, workers, memory, overhead.
 
-python benchmarks/campaign.py [share]   # of the 200 scenes that are also run one by one; default 1
+python benchmarks/campaign.py [share] [--record]   # of the 200 scenes that are also run one by one; default 1
 """
 
-import sys
 from contextlib import nullcontext
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
+
+from tables import Record, arguments, print_table
 
 from compare.campaigns import tasks
 from compare.campaigns.cluster import ClusterSize, local_cluster
@@ -48,12 +49,33 @@ ALL = {
 }
 SOME = {"flanks": 2, "ratios": [1.05, 1.2], "e_ratios": ALL["e_ratios"]}
 MEMORY = 2000.0  # MB of a worker
+COLUMNS = (
+    "run",
+    "scenes",
+    "workers",
+    "time [s]",
+    "time of cores [s]",
+    "models solved",
+    "memory of a worker [MB]",
+    "again, each scene [ms]",
+)
+RECORD = Record(
+    "campaign.scenes",
+    "A campaign and single runs",
+    "Flanks, radius ratios and ratios of moduli, one line, nn, tolerance 0.2: as one campaign, and each "
+    "scene as a run with a store of its own.",
+    "python benchmarks/campaign.py",
+)
 
 
 def main(share=1.0):
-    for name, axes, workers in (("all", ALL, 2), ("some", SOME, 1), ("some", SOME, 2)):
-        swept(name, SCENES.format(**axes), workers)
-    single(share)
+    print_table(COLUMNS, rows(share), record=RECORD)
+
+
+def rows(share):
+    for axes, workers in ((ALL, 2), (SOME, 1), (SOME, 2)):
+        yield swept(SCENES.format(**axes), workers)
+    yield single(share)
 
 
 def campaign_in(folder, text):
@@ -67,23 +89,18 @@ def computed(campaign, folder, client):
     return compute_sweep(dataset, store, lambda _: nullcontext(client))
 
 
-def swept(name, text, workers):
+def swept(text, workers):
     with TemporaryDirectory() as folder, local_cluster(ClusterSize(workers, MEMORY)) as client:
         client.run(tasks.results_digest)  # imports are not measured
         before, cpu_start = _of_workers(client), process_time()
         campaign, start = campaign_in(folder, text), perf_counter()
         done = computed(campaign, folder, client)
         seconds, of_cores = perf_counter() - start, process_time() - cpu_start + _of_workers(client) - before
-        print(
-            f"{name}: {done.scenes} scenes, {workers} workers: {seconds:.0f} s, {of_cores:.0f} s of cores "
-            f"(here {process_time() - cpu_start:.0f} s); {done.models} models solved, "
-            f"{done.models_reused} times reused, {done.failed} failed; {done.memory:.0f} MB a worker, "
-            f"{peak_memory():.0f} MB here",
-            flush=True,
-        )
         start = perf_counter()
         computed(campaign, folder, client)
-        print(f"  again: {1e3 * (perf_counter() - start) / done.scenes:.1f} ms a scene", flush=True)
+        again = 1e3 * (perf_counter() - start) / done.scenes
+    sizes = done.scenes, workers, f"{seconds:.0f}", f"{of_cores:.0f}", done.models
+    return ["campaign", *sizes, f"{done.memory:.0f}", f"{again:.1f}"]
 
 
 def single(share):
@@ -96,12 +113,9 @@ def single(share):
             scene = campaign.scene(campaign.point(number))
             models += len(compute(scene, RunOptions(2, Store(f"{folder}/{number}"))).models)
         seconds, of_cores = perf_counter() - start, process_time() - cpu_start
-    print(
-        f"single: {len(numbers)} of {campaign.size} scenes, {seconds:.0f} s, {models} models; for all "
-        f"{seconds / len(numbers) * campaign.size:.0f} s, "
-        f"{of_cores / len(numbers) * campaign.size:.0f} s of cores",
-        flush=True,
-    )
+    times = campaign.size / len(numbers)  # all of them, from those that were run
+    sizes = campaign.size, 2, f"{seconds * times:.0f}", f"{of_cores * times:.0f}", round(models * times)
+    return ["single runs", *sizes, f"{peak_memory():.0f}", "–"]
 
 
 def _of_workers(client):
@@ -110,4 +124,4 @@ def _of_workers(client):
 
 
 if __name__ == "__main__":
-    main(*map(float, sys.argv[1:]))
+    main(*map(float, arguments()))

@@ -1,10 +1,9 @@
 """Limits of campaigns: scenes that take nothing, tasks of the scheduler, files of the store, a slow store.
 
-python benchmarks/campaign_limits.py [tasks] [files] [scenes]   # default 100000, 100000 and 20000
+python benchmarks/campaign_limits.py [tasks] [files] [scenes] [--record]   # 100000, 100000 and 20000
 """
 
 import os
-import sys
 from contextlib import nullcontext
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -14,6 +13,7 @@ import numpy as np
 import xarray as xr
 from campaign import campaign_in
 from distributed import as_completed
+from tables import Record, arguments, print_table
 
 from compare.campaigns import dataset as outcomes
 from compare.campaigns import kinds
@@ -27,6 +27,13 @@ from femic.reference.engine import peak_memory
 
 MEMORY = 1000.0  # MB of a worker
 SLOW = 0.05  # s, of a slow store
+RECORD = Record(
+    "campaign_limits.rates",
+    "Rates of campaigns",
+    "What campaigns cost beside their computations: by the clock with 2 workers, and for client and "
+    "scheduler alone; a store of results with three ICs, three lines and nine components.",
+    "python benchmarks/campaign_limits.py",
+)
 CAMPAIGN = """
 scene = "geometry1"
 keep = ["errors"]
@@ -44,18 +51,22 @@ to = 2
 
 
 def main(n_tasks=100_000, n_files=100_000, n_scenes=20_000):
+    print_table(("what", "rate"), rows(n_tasks, n_files, n_scenes), record=RECORD)
+
+
+def rows(n_tasks, n_files, n_scenes):
     for n in (n_scenes // 10, n_scenes):
-        campaign(n)
+        yield from campaign(n)
     for n in (n_tasks // 10, n_tasks):
-        scheduled(n)
+        yield scheduled(n)
     for n in (n_files // 10, n_files):
-        files(n)
-    slow()
-    listed(2000)
+        yield files(n)
+    yield slow()
+    yield listed(2000)
 
 
 def scheduled(n, window=8):
-    """Print the seconds of empty tasks, a window of them at a time, as a campaign submits them."""
+    """Return the seconds of empty tasks, a window of them at a time, as a campaign submits them."""
     with local_cluster(ClusterSize(2, MEMORY)) as client:
         start, cpu_start, left = perf_counter(), process_time(), n - window
         first = [client.submit(os.getpid, pure=False) for _ in range(window)]
@@ -65,11 +76,8 @@ def scheduled(n, window=8):
                 finishing.add(client.submit(os.getpid, pure=False))
                 left -= 1
         wall, cpu = perf_counter() - start, process_time() - cpu_start
-    print(
-        f"{n} tasks that do nothing: {1e3 * wall / n:.2f} ms a task, {1e3 * cpu / n:.2f} ms of a core for "
-        f"client and scheduler; {peak_memory():.0f} MB",
-        flush=True,
-    )
+    rate = f"{1e3 * wall / n:.2f} ms, {1e3 * cpu / n:.2f} ms of a core for client and scheduler"
+    return f"an empty task, of {n}", f"{rate}; {peak_memory():.0f} MB"
 
 
 def errors():
@@ -80,7 +88,7 @@ def errors():
 
 
 def files(n):
-    """Print the seconds for files of results in one folder."""
+    """Return the seconds for files of results in one folder."""
     outcome = SceneOutcome(errors())
     with TemporaryDirectory() as folder:
         store, start = Store(folder), perf_counter()
@@ -96,11 +104,9 @@ def files(n):
         for key in chosen:
             outcomes.get(store, key)
         read = perf_counter() - start
-    print(
-        f"{n} files of {size / 1e3:.1f} kB in a store: {1e3 * written / n:.2f} ms to write one, "
-        f"{1e3 * read / len(chosen):.2f} ms to read one, {seconds:.2f} s to list them",
-        flush=True,
-    )
+    write_and_read = f"{1e3 * written / n:.2f} ms to write, {1e3 * read / len(chosen):.2f} ms to read"
+    what = f"results of a scene, one of {n} files of {size / 1e3:.1f} kB"
+    return what, f"{write_and_read}, {seconds:.2f} s to list all"
 
 
 class SlowStore(Store):
@@ -116,7 +122,7 @@ class SlowStore(Store):
 
 
 def slow():
-    """Print the seconds of accesses to a slow store for the results of a scene."""
+    """Return the seconds of accesses to a slow store for the results of a scene."""
     with TemporaryDirectory() as folder:
         store, outcome = SlowStore(folder), SceneOutcome(errors())
         start = perf_counter()
@@ -127,25 +133,23 @@ def slow():
         for number in range(20):
             outcomes.get(store, f"key{number}")
         read, of_reading = (perf_counter() - start) / 20, SlowStore.accesses / 20
-    print(
-        f"store with {1e3 * SLOW:.0f} ms an access: {1e3 * written:.0f} ms to write the results of a scene "
-        f"({of_writing:.0f} accesses), {1e3 * read:.0f} ms to read it ({of_reading:.0f})",
-        flush=True,
-    )
+    write = f"{1e3 * written:.0f} ms to write ({of_writing:.0f} accesses)"
+    what = f"results of a scene, in a store that takes {1e3 * SLOW:.0f} ms an access"
+    return what, f"{write}, {1e3 * read:.0f} ms to read ({of_reading:.0f})"
 
 
 def campaign(n):
-    """Print the seconds of a campaign with results of usual size, without computation; then once more."""
+    """Yield the seconds of a campaign with results of usual size, without computation; then once more."""
     with TemporaryDirectory() as folder, local_cluster(ClusterSize(2, MEMORY)) as client:
         client.run(_nothing_is_computed)
         _nothing_is_computed()
         timings = [_seconds_a_scene(folder, n, client) for _ in range(2)]
         dataset = max(Path(folder, "out").glob("sweep.*"), key=lambda path: path.suffix)
     for what, (wall, cpu) in zip(("first", "again"), timings, strict=True):
-        print(
-            f"{n} scenes that take nothing, {what}: {1e3 * wall:.1f} ms a scene, {1e3 * cpu:.1f} ms of "
-            f"a core for client and scheduler; {dataset.name}, {peak_memory():.0f} MB",
-            flush=True,
+        rate = f"{1e3 * wall:.1f} ms, {1e3 * cpu:.1f} ms of a core for client and scheduler"
+        yield (
+            f"a scene without computations, of {n}, {what}",
+            f"{rate}; {dataset.name}, {peak_memory():.0f} MB",
         )
 
 
@@ -162,12 +166,12 @@ def _nothing_is_computed():
 
 
 def listed(n):
-    """Print the seconds to make the tasks of a campaign one after the other."""
+    """Return the seconds to make the tasks of a campaign one after the other."""
     with TemporaryDirectory() as folder:
         swept, start = campaign_in(folder, CAMPAIGN.format(n=n)), process_time()
         count = sum(1 for _ in campaign_tasks(swept, Store(folder)))
-        print(f"tasks of scenes: {1e3 * (process_time() - start) / count:.2f} ms of a core each", flush=True)
+        return "to make the tasks of a scene", f"{1e3 * (process_time() - start) / count:.2f} ms of a core"
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    main(*map(int, arguments()))

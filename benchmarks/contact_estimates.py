@@ -11,12 +11,13 @@ with 8 to 20 elements across the smallest patch. Statement 25 of `femic validate
 """
 
 import argparse
+import sys
 from dataclasses import replace
 from itertools import chain, islice
 from types import SimpleNamespace
 
 import numpy as np
-from tables import print_table
+from tables import Record, arguments, print_table
 
 from compare.validation.statements.random_contacts import (
     FINER,
@@ -103,11 +104,19 @@ def print_coverage(study: str, contacts: list[GridComparison]) -> None:
         if np.isfinite(shares[-1].median):  # others are prescribed
             cells = ((f"{share.held:.0%}", f"{share.worst:.1f}", f"{share.median:.1f}") for share in shares)
             rows.append([name, *chain(*cells)])
-    print_table([study, *chain(*((head, "worst", "median") for head in heads))], rows)
+    record = Record(
+        f"contact_estimates.{study}",
+        f"Estimates of contacts: {study}",
+        "Share of random contacts whose error is within its estimate, largest error over its estimate, "
+        "median of the estimate over its error.",
+        f"python benchmarks/contact_estimates.py {' '.join(sys.argv[1:])}",
+    )
+    print_table([study, *chain(*((head, "worst", "median") for head in heads))], rows, record=record)
 
 
 def main() -> None:
     """Print the tables of studies."""
+    arguments()
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("studies", nargs="+", choices=list(ALL))
     parser.add_argument("--count", type=int, default=200)
@@ -116,14 +125,14 @@ def main() -> None:
         "--finer", type=int, default=FINER, help="by which elements of the reference are smaller"
     )
     parser.add_argument("--ics", nargs="+", default=ICS)
-    arguments = parser.parse_args()
-    for study in arguments.studies:
-        solve, times = ALL[study], arguments.finer
+    options = parser.parse_args()
+    for study in options.studies:
+        solve, times = ALL[study], options.finer
 
         def against(case: RandomContact, solve: Study = solve, times: int = times) -> GridComparison:
             return solve(replace(case, times=times))
 
-        contacts = islice(comparisons(against, arguments.seed, arguments.ics), arguments.count)
+        contacts = islice(comparisons(against, options.seed, options.ics), options.count)
         print_coverage(study, list(contacts))
 
 

@@ -6,7 +6,7 @@ of B-hat, at ratios of Young's moduli upper : lower of 0.1, 1 and 10. C of a bod
 nothing is solved again for them. For comparison: B-hat and a rigid translation, one compliance along each
 axis, fitted to nn, xx and ss of the body at the same points. Takes a minute on 2 cores:
 
-    .venv/bin/python benchmarks/effective_bodies.py [--out FOLDER] [--tolerance 0.01]
+    .venv/bin/python benchmarks/effective_bodies.py [--out FOLDER] [--tolerance 0.01] [--record]
 """
 
 from collections.abc import Mapping
@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from cyclopts import run
+from tables import Record, arguments, keep
 
 from approx.calibration import fit
 from approx.effective import EffectiveProperties
@@ -40,6 +41,13 @@ SETS = {  # what is fitted to which components
 }
 COMPONENTS = ["nn", "xx", "ss", "xs", "sn", "xn"]
 TRANSLATED = "B̂ + translation"
+RECORD = Record(
+    "effective_bodies.errors",
+    "Effective properties of each body",
+    "Largest errors of both bodies together, in % of the component, with effective properties of each "
+    "body that are fitted to its own C.",
+    "python benchmarks/effective_bodies.py",
+)
 
 
 def main(*, out: Path = Path("out/benchmarks"), tolerance: float = 0.01) -> xr.DataArray:
@@ -50,6 +58,14 @@ def main(*, out: Path = Path("out/benchmarks"), tolerance: float = 0.01) -> xr.D
     for name in SCENES:
         print(f"Worst errors of both bodies, {name}:")
         print(table.sel(scene=name).stack(row=("ratio", "variant")).T.to_pandas().map("{:.1%}".format))
+    rows = [
+        [name, f"{ratio:g}", variant, *(f"{100 * value:.1f}" for value in table.sel(at).values)]
+        for name in SCENES
+        for ratio in RATIOS
+        for variant in table.variant.values
+        for at in [{"scene": name, "ratio": ratio, "variant": variant}]
+    ]
+    keep(RECORD, ["scene", "ratio of moduli", "ICs", *(f"{c} [%]" for c in COMPONENTS)], rows)
     return table
 
 
@@ -123,4 +139,5 @@ def errors(results: Results, fits: Mapping[tuple[str, ...], Fits]) -> xr.DataArr
 
 
 if __name__ == "__main__":
+    arguments()
     run(main, result_action="return_value")

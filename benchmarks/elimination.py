@@ -1,6 +1,6 @@
-"""Benchmark of the solution of a wavenumber: print a table of docs/evidence/performance.md as Markdown.
+"""Benchmark of the solution of a wavenumber: milliseconds by threads, processes, SuperLU.
 
-    python benchmarks/elimination.py
+    python benchmarks/elimination.py [--record]
 
 Sections of Geometry 2 at tolerance 0.001, under one load and under all strips of a grid: milliseconds per
 wavenumber, with all responses and their residuals, by one thread, by two, and by two processes; and of
@@ -15,7 +15,7 @@ from time import perf_counter
 import numpy as np
 from scipy.sparse import coo_array, csc_array
 from scipy.sparse.linalg import splu
-from tables import print_table
+from tables import Record, arguments, print_table
 
 from femic.cache.workers import Prepared, Processes, in_threads, one_blas_thread
 from femic.reference.harmonic.elimination import in_parts
@@ -33,11 +33,18 @@ GRID = {"n_s": 64, "n_x": 128}
 COLUMNS = (
     "section",
     "unknowns",
-    "1 thread: ms",
-    "2 threads: ms",
-    "2 processes: ms",
-    "SuperLU, K alone, 1 thread: ms",
-    "ratio",
+    "1 thread [ms]",
+    "2 threads [ms]",
+    "2 processes [ms]",
+    "SuperLU, K alone, 1 thread [ms]",
+    "SuperLU over 1 thread",
+)
+RECORD = Record(
+    "elimination.wavenumber",
+    "One wavenumber",
+    "Time per wavenumber with all responses and their residuals, beside SuperLU (SciPy) for the factors "
+    "of K alone.",
+    "python benchmarks/elimination.py",
 )
 
 
@@ -123,5 +130,6 @@ def rows() -> Iterator[list[object]]:
 
 
 if __name__ == "__main__":
+    arguments()
     with one_blas_thread():
-        print_table(COLUMNS, rows())
+        print_table(COLUMNS, rows(), record=RECORD)

@@ -1,6 +1,6 @@
-"""Benchmark of both engines side by side: print the tables of docs/evidence/harmonic-engine.md.
+"""Benchmark of both engines side by side: seconds, memory, estimates (docs/evidence/performance.md).
 
-    python benchmarks/engines.py [tolerance of the harmonic engine ...]
+    python benchmarks/engines.py [tolerance of the harmonic engine ...] [--record]
 
 1. Both geometries, all six components of both bodies with estimates, on two cores, each row of the harmonic
    engine in a fresh process: wall seconds of all models, the largest model, memory, the worst estimate, how
@@ -9,7 +9,6 @@
 2. How the cost of a harmonic model grows with its cells and with its domain.
 """
 
-import sys
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
@@ -17,7 +16,7 @@ from multiprocessing import get_context
 from time import perf_counter
 
 import numpy as np
-from tables import print_table
+from tables import Record, arguments, print_table
 
 from femic.reference.harmonic.engine import solve
 from femic.reference.job import component_of
@@ -32,14 +31,35 @@ ENGINES = (
     "scene",
     "engine",
     "tolerance",
-    "s",
-    "ratio",
+    "time [s]",
+    "speed over solid, multigrid",
     "unknowns",
-    "MB",
-    "estimate",
-    "from the solid engine",
+    "memory [MB]",
+    "estimated error",
+    "difference from the solid engine",
 )
-GROWTH = ("cells ×", "domain ×", "unknowns", "wavenumbers, fine and coarser", "s", "ms per wavenumber")
+GROWTH = (
+    "cells ×",
+    "domain ×",
+    "unknowns",
+    "wavenumbers, fine and coarser",
+    "time [s]",
+    "per wavenumber [ms]",
+)
+OF_ENGINES = Record(
+    "engines.engines",
+    "Both engines",
+    "C of both bodies, all six components with estimated errors, on three lines. Estimated error and "
+    "difference are the largest of any component, divided by the scale of refinement. Unknowns are "
+    "those of the largest model, memory is the peak of all processes together.",
+    "python benchmarks/engines.py",
+)
+OF_GROWTH = Record(
+    "engines.growth",
+    "Growth of a harmonic model",
+    "Geometry 1, lower body, with the coarser section of the estimate.",
+    "python benchmarks/engines.py",
+)
 
 
 def run(name: str, **engine: object) -> tuple[Results, float]:
@@ -111,6 +131,6 @@ def growth_rows() -> Iterator[list[object]]:
 
 
 if __name__ == "__main__":
-    chosen = [float(value) for value in sys.argv[1:]] or [0.01, 0.001, 0.0001]
-    print_table(ENGINES, engine_rows(chosen))
-    print_table(GROWTH, growth_rows())
+    chosen = [float(value) for value in arguments()] or [0.01, 0.001, 0.0001]
+    print_table(ENGINES, engine_rows(chosen), record=OF_ENGINES)
+    print_table(GROWTH, growth_rows(), record=OF_GROWTH)

@@ -1,6 +1,6 @@
-"""What linear strains leave out of the largest pressure, in plane strain: a table of docs/theory/contact.md.
+"""What linear strains leave out of the largest pressure, in plane strain: docs/evidence/accuracy.md.
 
-    python benchmarks/finite_strain.py
+    python benchmarks/finite_strain.py [--record]
 
 An elastic ring, held at its far circle, presses a rigid plane or a rigid circle without friction: with small
 strains, and the distance along the ring's own undeformed normals as in femic; and in total Lagrangian form,
@@ -18,7 +18,7 @@ from scipy.sparse import block_array, csr_array
 from scipy.sparse.linalg import spsolve
 from skfem import Basis, BilinearForm, ElementTriP2, ElementVector, LinearForm, MeshTri, MeshTri2
 from skfem.helpers import ddot, det, eye, grad, inv, mul, trace, transpose
-from tables import print_table
+from tables import Record, arguments, keep, print_table
 
 Array = np.ndarray
 E, NU = 210e3, 0.3
@@ -265,6 +265,14 @@ SHAPES = {  # contact circle, held circle and obstacle [mm]; rollers and holes
     "pin 8 mm in a hole of 10 mm": Solid(10.0, 60.0, 8.0, 1.0),
     "pin 9.5 mm in a hole of 10 mm": Solid(10.0, 60.0, 9.5, 1.0),
 }
+CHANGES = ["p_max at the same approach", "load at the same approach", "p_max at the same load"]
+RECORD = Record(
+    "finite_strain.plane_strain",
+    "Finite strain in plane strain",
+    "Relative changes by finite strain, divided by p_max / E, at p_max from 0.25 to 1.3 % of E. An elastic "
+    "roller or hole against a rigid body.",
+    "python benchmarks/finite_strain.py",
+)
 STRAINS = (0.0025, 0.005, 0.01)  # aimed at, largest pressure over E
 
 
@@ -300,15 +308,25 @@ def changes(solid: Solid, strain: float) -> Iterator[tuple[str, float, Change]]:
 
 
 def main() -> None:
-    """Print the table."""
-    rows = [
-        [name, law, f"{found:.2%}", *(f"{value:+.2f}" for value in vars(change).values())]
+    """Print the table; keep the ranges over the strains."""
+    arguments()
+    measured = [
+        (name, law, found, list(vars(change).values()))
         for name, solid in SHAPES.items()
         for strain in STRAINS
         for law, found, change in changes(solid, strain)
     ]
-    header = ["", "law", "p_max / E", "p_max, same approach", "load, same approach", "p_max, same load"]
-    print_table(header, rows)
+    rows = [
+        [name, law, f"{found:.2%}", *map("{:+.2f}".format, values)] for name, law, found, values in measured
+    ]
+    print_table(["bodies", "law", "p_max / E", *CHANGES], rows)
+    kept = []
+    for name in SHAPES:
+        for law in (KIRCHHOFF, NEO_HOOKE):
+            of_case = np.array([values for *case, _, values in measured if case == [name, law]])
+            ranges = zip(of_case.min(axis=0), of_case.max(axis=0), strict=True)
+            kept.append([name, law, *(f"{low:+.2f} … {high:+.2f}" for low, high in ranges)])
+    keep(RECORD, ["bodies", "law", *CHANGES], kept)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
-"""Benchmark of the IC matrix: print the tables of docs/how-to/matrix.md as Markdown.
+"""Benchmark of the IC matrix: seconds, memory, files (docs/evidence/performance.md).
 
-    python benchmarks/matrix.py [n_s ...]
+    python benchmarks/matrix.py [n_s ...] [--record]
 
 Geometry 2, both bodies and their sum, nine components, tolerance 0.001, 2 threads, a process each:
 seconds of all models and of making and checking the matrices, largest model, peak memory of all processes,
@@ -17,7 +17,7 @@ from time import perf_counter
 
 import numpy as np
 import xarray as xr
-from tables import line_of, print_table
+from tables import Record, arguments, keep, line_of, print_table
 
 from femic.cache.store import Store
 from femic.reference.run_options import RunOptions
@@ -30,14 +30,21 @@ LAGS = {32: 64, 64: 128, 128: 256}
 COLUMNS = (
     "n_s",
     "n_x",
-    "s",
-    "of which models",
-    "again: s",
+    "time [s]",
+    "models alone [s]",
+    "again, with stored models [s]",
     "unknowns",
-    "MB",
-    "file MB",
-    "store MB",
-    "estimate",
+    "memory [MB]",
+    "file [MB]",
+    "store [MB]",
+    "estimated error",
+)
+RECORD = Record(
+    "matrix.matrices",
+    "IC matrices",
+    "Geometry 2, both bodies and their sum, nine components, tolerance 0.001, n_s strips and n_x lags. "
+    "Memory is the sum of the peaks of all processes.",
+    "python benchmarks/matrix.py",
 )
 
 
@@ -81,19 +88,22 @@ def single_loads(n: int) -> None:
 
 
 def main() -> None:
-    if len(sys.argv) == 4 and sys.argv[1] == "--one":
-        print_row(int(sys.argv[2]), int(sys.argv[3]))
+    given = arguments()
+    if len(given) == 3 and given[0] == "--one":
+        print_row(int(given[1]), int(given[2]))
         return
-    chosen = [int(value) for value in sys.argv[1:]] or list(LAGS)
+    chosen = [int(value) for value in given] or list(LAGS)
     print_table(COLUMNS, [])
-    rows = []
+    rows, cells = [], []
     for n_s in chosen:
         command = [sys.executable, __file__, "--one", str(n_s), str(LAGS.get(n_s, 2 * n_s))]
         text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
         print(text, end="", flush=True)
+        cells.append([cell.strip() for cell in text.strip().strip("|").split("|")])
         rows.append(
             [float(cell.replace(",", "").rstrip("% ")) for cell in text.strip().strip("|").split("|")]
         )
+    keep(RECORD, COLUMNS, cells)
     if len(rows) > 1:
         table = np.array(rows)
         for column in (2, 3, 5, 6, 7, 8):

@@ -1,6 +1,6 @@
-"""Benchmark of steady rolling: print the tables of docs/how-to/rolling.md as Markdown.
+"""Benchmark of steady rolling: seconds and errors (docs/evidence/performance.md).
 
-    python benchmarks/rolling_contact.py
+    python benchmarks/rolling_contact.py [--record]
 
 The case of published timings: a Hertz ellipse, a = 5, b = 4 mm, F_n = 80 kN, friction 0.3, G = 82 000 MPa,
 nu = 0.28 for both bodies, rigid slip 8e-4, 4e-4, spin 2e-4 / mm. Seconds of pressures and tractions together,
@@ -16,7 +16,7 @@ from contextlib import contextmanager, nullcontext
 from time import perf_counter
 
 import numpy as np
-from tables import print_table
+from tables import Record, arguments, print_table
 from threadpoolctl import threadpool_limits
 
 from approx.pair import Pair, Solid, matrix
@@ -102,7 +102,8 @@ def errors() -> None:
         error = {order: np.linalg.norm(force[order, n] - limit) / np.linalg.norm(limit) for order in (1, 2)}
         cells = [(f"{error[order]:.1e}", f"{result[order, n][1]:.2f}") for order in (1, 2)]
         rows.append([f"{n[0]} × {n[1]}", *cells[0], *cells[1]])
-    print_table(["in the patch", "order 1: error", "seconds", "order 2: error", "seconds"], rows)
+    head = ["elements in the patch", "first order: error", "first order [s]", "second order: error"]
+    print_table([*head, "second order [s]"], rows, record=OF_ERRORS)
 
 
 def ball_in_groove() -> RollingProblem:
@@ -189,15 +190,51 @@ def _rolled(case: RandomContact) -> RollingContact | None:
 
 
 CURVATURES = curvatures()
-TIMINGS = ("in the patch", "ICs", "order", "seconds", "F_x / (friction F_n)", "F_y / (friction F_n)")
+TIMINGS = ("elements in the patch", "ICs", "order", "time [s]", "F_x / (friction N)", "F_y / (friction N)")
+
+
+def _record(table: str, title: str, shows: str) -> Record:
+    return Record(f"rolling_contact.{table}", title, shows, "python benchmarks/rolling_contact.py")
+
+
+OF_TIMINGS = _record(
+    "timings",
+    "Steady rolling: seconds",
+    "A Hertz ellipse of half-lengths 5 and 4 mm, 80 kN, friction 0.3, creepages −8e-4 and 4e-4, spin "
+    "2e-4 /mm, pressures and tractions to 1e-5, on one thread.",
+)
+OF_ERRORS = _record(
+    "errors",
+    "Steady rolling: error against seconds",
+    "A Hertz ellipse of half-lengths 5 and 4 mm, 80 kN, friction 0.3, creepages −8e-4 and 4e-4, spin "
+    "2e-4 /mm, with A, on one thread. The error is the distance of (F_x, F_y) from its limit for small "
+    "elements, over that limit.",
+)
+OF_BALL = _record(
+    "ball",
+    "A ball in a groove of nearly its radius",
+    "Ball of 10 mm, groove of 10.02 mm, 1 kN, friction 0.3, B̄ on 96 × 96 elements, one thread. "
+    "Pressures and tractions at once, and in turns.",
+)
+OF_CURVE = _record(
+    "curve",
+    "Creep-force curve",
+    "Scene `rolling`, 19 creepages and four forces on 64 × 64 elements, one thread.",
+)
+OF_RANDOM = _record(
+    "random",
+    "Random contacts",
+    "Steady rolling of contacts drawn at random: how many are solved, and how many of these need a shorter "
+    "leading edge of second order.",
+)
 
 if __name__ == "__main__":
+    arguments()
     with threadpool_limits(1):
-        print_table(TIMINGS, timing_rows())
+        print_table(TIMINGS, timing_rows(), record=OF_TIMINGS)
         errors()
-        print("\na ball of 10 mm in a groove of 10.02 mm, 1 kN, 96 x 96 elements, B-bar")
-        print_table(("creepages", "in turns [s]", "at once [s]", "ratio", "tractions differ by"), ball_rows())
-        print("\ncreep-force curve, 19 creepages and four forces, 64 x 64 elements")
-        print_table(("ICs", "in turns [s]", "at once [s]", "ratio"), curve_rows())
-        print("\nrandom contacts")
-        print_table(("elements across the patch", "contacts", "found", "with a shorter edge"), edge_rows())
+        head = ("creepages", "in turns [s]", "at once [s]", "ratio", "tractions differ by")
+        print_table(head, ball_rows(), record=OF_BALL)
+        print_table(("ICs", "in turns [s]", "at once [s]", "ratio"), curve_rows(), record=OF_CURVE)
+        head = ("elements across the patch", "contacts", "found", "with a shorter edge")
+        print_table(head, edge_rows(), record=OF_RANDOM)

@@ -1,6 +1,6 @@
-"""Benchmarks of the solid engine: print the tables of docs/evidence/performance.md as Markdown.
+"""Benchmarks of the solid engine: seconds, memory, errors (docs/evidence/performance.md).
 
-    python benchmarks/solid_engine.py [runs] [flat] [solvers] [growth]
+    python benchmarks/solid_engine.py [runs] [flat] [solvers] [growth] [--record]
 
 runs     wall time of `femic run` on the two geometries, by stage and model
 flat     true error of C (A is exact there), its estimate, and the cost, for several meshes
@@ -21,7 +21,7 @@ from time import perf_counter
 
 import numpy as np
 import xarray as xr
-from tables import print_table
+from tables import Record, arguments, print_table
 
 from approx.halfspace import HalfSpace
 from femic.reference.engine import Cost, RawICs, Request
@@ -98,7 +98,35 @@ def worst_share(job: Job, c: np.ndarray, difference: np.ndarray) -> list[float]:
     return [component_of(np.max(errors, axis=0), component) for component in COMPONENTS]
 
 
-HEAD = ["cells ×", "unknowns", "fine model [s]", "with estimate [s]", *COMPONENTS]
+HEAD = ["cells ×", "unknowns", "fine model [s]", "with estimate [s]", *(f"{c} [%]" for c in COMPONENTS)]
+
+
+OF_FLAT = Record(
+    "solid_engine.flat",
+    "The solid engine: error against seconds",
+    "Scene `flat`, where A is exact: error of C, and its estimate in brackets, largest on the lines 1.6 "
+    "mm from the load. Cells as multiples of the default. One process.",
+    "python benchmarks/solid_engine.py flat",
+)
+OF_SOLVERS = Record(
+    "solid_engine.solvers",
+    "Linear solvers",
+    "Scene `geometry1`, lower body, three loads: multigrid on one thread, the direct solver (PARDISO) on "
+    "two.",
+    "python benchmarks/solid_engine.py solvers",
+)
+OF_GROWTH = Record(
+    "solid_engine.growth",
+    "The solid engine: growth with the unknowns",
+    "Geometry 2, the wheel, three loads, each row in a fresh process.",
+    "python benchmarks/solid_engine.py growth",
+)
+OF_RUNS = Record(
+    "solid_engine.runs",
+    "`femic run`",
+    "Both engines, estimated errors of all components, page and figures.",
+    "python benchmarks/solid_engine.py runs",
+)
 
 
 def flat() -> None:
@@ -106,13 +134,13 @@ def flat() -> None:
     solid = HalfSpace(one_body(job.body.material, job.body.side))
     a = solid.ics(job.patch, job.points.x, job.points.s - job.patch.s) / job.patch.area
     levels = [Level(cells) for cells in (-3, -2, -1, 0)]
-    print_table(HEAD, accuracy_rows(job, levels, a), "`flat`, lower body: true error (estimate) [%]")
+    print_table(HEAD, accuracy_rows(job, levels, a), record=OF_FLAT)
 
 
 def solvers() -> None:
     head = ["model", "unknowns", "iterations", "multigrid [s]", "direct [s]", "multigrid / direct"]
     if pardiso.available():
-        print_table(head, solver_rows(), "`geometry1`, lower body: linear solution, three loads")
+        print_table(head, solver_rows(), record=OF_SOLVERS)
 
 
 def solver_rows() -> Iterator[list[str]]:
@@ -134,9 +162,9 @@ def solver_rows() -> Iterator[list[str]]:
 
 
 def growth() -> None:
-    head = ["solver", "unknowns", "iterations", *(f"{stage} [s]" for stage in STAGES), "peak memory [MB]"]
+    head = ["solver", "unknowns", "iterations", *(f"{stage} [s]" for stage in STAGES), "memory [MB]"]
     measured: dict[str, list[Cost]] = {"multigrid": []} | ({"direct": []} if pardiso.available() else {})
-    print_table(head, growth_rows(measured), "`geometry2`, upper body, three loads")
+    print_table(head, growth_rows(measured), record=OF_GROWTH)
     for solver, costs in measured.items():
         unknowns = np.log([cost.unknowns for cost in costs])
         quantities = {stage: [cost.seconds[stage] for cost in costs] for stage in STAGES}
@@ -163,12 +191,23 @@ def growth_rows(measured: dict[str, list[Cost]]) -> Iterator[list[str]]:
 
 
 def runs() -> None:
+    took = []
     for scene in ("geometry1", "geometry2"):
         with tempfile.TemporaryDirectory() as out:
             first, second = run(scene, out), run(scene, out)
-            print(f"\n`femic run {scene}`: {first:.0f} s, again with stored models: {second:.0f} s")
+            took.append([f"`femic run {scene}`", f"{first:.0f}", f"{second:.0f}"])
             head = ["model", "unknowns", "solver", *(f"{s} [s]" for s in STAGES), "peak of its process [MB]"]
-            print_table(head, stage_rows(out), f"`femic run {scene}` by stage, one process per core")
+            print_table(head, stage_rows(out), record=of_stages(scene))
+    print_table(["command", "first run [s]", "again, with stored models [s]"], took, record=OF_RUNS)
+
+
+def of_stages(scene: str) -> Record:
+    return Record(
+        f"solid_engine.stages_{scene}",
+        f"`femic run {scene}` by model",
+        "One process per core; memory is that of the process, over all models that it has solved.",
+        "python benchmarks/solid_engine.py runs",
+    )
 
 
 def run(scene: str, out: str) -> float:
@@ -196,5 +235,5 @@ BENCHMARKS: dict[str, Callable[[], None]] = {
 
 if __name__ == "__main__":
     logging.getLogger("skfem").setLevel(logging.ERROR)
-    for name in sys.argv[1:] or BENCHMARKS:
+    for name in arguments() or BENCHMARKS:
         BENCHMARKS[name]()

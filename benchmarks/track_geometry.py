@@ -1,13 +1,12 @@
 """Wheelsets over their shifts: seconds, and the equivalent conicities of the reference cases of EN 15302.
 
-python benchmarks/track_geometry.py [seconds] [conicity]   # default: both; a minute
+python benchmarks/track_geometry.py [seconds] [conicity] [--record]   # default: both; a minute
 """
 
-import sys
 from time import process_time
 
 import numpy as np
-from tables import print_table
+from tables import Record, arguments, print_table
 
 from femic.shifts.sides import lay_out_wheelset
 from femic.shifts.specification import builtin_names, load_shifts
@@ -30,7 +29,13 @@ def seconds() -> None:
         found = over_shifts(layout, SHIFTS, roll="about rails")
         taken = process_time() - start
         rows.append((name, f"{laid_out:.2f}", len(SHIFTS), len(found.jumps), f"{taken:.2f}"))
-    print_table(("pair", "profiles [s]", "shifts", "jumps", "all shifts and jumps [s]"), rows)
+    record = Record(
+        "track_geometry.seconds",
+        "Geometry of wheel and rail",
+        "CPU seconds of 161 shifts with their jumps, without contacts.",
+        "python benchmarks/track_geometry.py seconds",
+    )
+    print_table(("pair", "profiles [s]", "shifts", "jumps", "all shifts and jumps [s]"), rows, record=record)
 
 
 def conicity() -> None:
@@ -53,13 +58,20 @@ def conicity() -> None:
         rows.append(row)
     head = ["case", "wheels, left/right", "norm, 3 mm", "its tolerance"]
     for rule in RULES:
-        title = "without roll" if rule == 0.0 else f"shift {rule}"
-        head += [f"{title}, 3 mm", "largest deviation over the tolerance, 1 to 7 mm"]
-    print_table(head, rows)
+        title = "without roll" if rule == 0.0 else "with roll"
+        head += [f"{title}, 3 mm", f"{title}, largest deviation over the tolerance"]
+    record = Record(
+        "track_geometry.conicity",
+        "EN 15302: equivalent conicity",
+        "The nine reference cases of EN 15302:2021 at amplitudes of 1 to 7 mm. The norm's differences of the "
+        "rolling radius are without roll; with roll, shifts are those at the rails.",
+        "python benchmarks/track_geometry.py conicity",
+    )
+    print_table(head, rows, record=record)
 
 
 if __name__ == "__main__":
-    wanted = sys.argv[1:] or ["seconds", "conicity"]
+    wanted = arguments() or ["seconds", "conicity"]
     for table in (seconds, conicity):
         if table.__name__ in wanted:
             table()

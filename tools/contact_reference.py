@@ -1,10 +1,10 @@
 """femic against the reference outputs that CONTACT publishes with its examples: print a table.
 
-    python tools/contact_reference.py FOLDER
+    python tools/contact_reference.py FOLDER [--record]
 
 FOLDER is `examples` of CONTACT's public repository (github.com/eve70a/CONTACT): the reference outputs of its
 authors, *.ref_out and *.ref_subs, and profiles of the Manchester benchmark. Nothing of it is part of femic.
-docs/evidence/other-programs.md has the table.
+With --record the table goes to docs/numbers/benchmarks, for docs/evidence/other-programs.md.
 """
 
 import argparse
@@ -34,6 +34,9 @@ from geometries.contours import arc, plane
 from geometries.materials import Material
 from geometries.patches import Grid
 from geometries.surfaces import Surface
+
+sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
+from tables import Record, arguments, print_table
 
 STEEL = Material(2 * 1.28 * 82000.0, 0.28)
 APPROACH = 0.09089  # mm, of the conforming example
@@ -66,7 +69,7 @@ def conformal(folder: Path) -> Iterator[Row]:
     yield case, "sum of p, N (Hertz)", quadratic["FN"], hertz.load
     yield case, "p_max, MPa (Hertz)", quadratic["PMAX"], hertz.p_max
     found = solved_at_their_distance(overlaps(folder))
-    for case, theirs, ics in (("2: true distance", true, "A"), ("3: numerical ICs", numerical, "C")):
+    for case, theirs, ics in (("2: exact distance", true, "A"), ("3: numerical ICs", numerical, "C")):
         p = found.p.sel(ics=ics)
         yield f"conforming, {case}", f"sum of p, N ({ics})", theirs["FN"], float(p.sum()) * CONFORMAL.area
         yield f"conforming, {case}", f"p_max, MPa ({ics})", theirs["PMAX"], float(p.max())
@@ -130,7 +133,12 @@ def below_a_square(folder: Path) -> Iterator[Row]:
         FIELDS, theirs[:, 3:].T, [*field.u.T, hydrostatic, mises, *parts], strict=True
     ):
         k = int(np.argmax(np.abs(their - our)))
-        yield f"below a square, {len(z)} points", f"{name}, where most apart", float(their[k]), float(our[k])
+        yield (
+            f"below a square, {len(z)} points",
+            f"{name}, largest difference",
+            float(their[k]),
+            float(our[k]),
+        )
 
 
 def manchester(folder: Path) -> Iterator[Row]:
@@ -152,6 +160,13 @@ def manchester(folder: Path) -> Iterator[Row]:
     yield "Manchester, 0 mm", "approach, mm (A)", theirs["APPROACH"], float(right.approach)
 
 
+RECORD = Record(
+    "contact_reference.cases",
+    "CONTACT: published reference outputs",
+    "The outputs beside the examples of CONTACT (github.com/eve70a/CONTACT, 23 July 2025), and femic. "
+    "FOLDER is its folder `examples`.",
+    "python tools/contact_reference.py FOLDER",
+)
 CASES = (below_a_square, cattaneo, manchester, conformal)
 
 
@@ -161,14 +176,16 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("folder", type=Path, help="the folder `examples` of CONTACT")
-    folder = parser.parse_args().folder
-    sys.stdout.write("| case | quantity | CONTACT | femic | difference |\n|---|---|---|---|---|\n")
+    folder = parser.parse_args(arguments()).folder
+    print_table(["case", "quantity", "CONTACT", "femic", "difference"], printed_rows(folder), record=RECORD)
+    return 0
+
+
+def printed_rows(folder: Path) -> Iterator[list[str]]:
     for rows in CASES:
         for case, quantity, theirs, ours in rows(folder):
             share = f"{ours / theirs - 1:+.2%}" if theirs else "-"
-            sys.stdout.write(f"| {case} | {quantity} | {theirs:.5g} | {ours:.5g} | {share} |\n")
-            sys.stdout.flush()
-    return 0
+            yield [case, quantity, f"{theirs:.5g}", f"{ours:.5g}", share]
 
 
 if __name__ == "__main__":

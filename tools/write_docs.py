@@ -6,7 +6,8 @@ With --compute, decisions, stresses, `femic validate`, `calibrate`, `frontier` a
 first (models in out/ are not solved again); the numbers of each go to docs/numbers/ as soon as they are
 there. Pages are rendered from these, the keys and commands that the program declares, and docs/templates/; a
 test compares. Numbers carry the digest of the code that computed them: --check writes nothing, says which
-pages have numbers of other code, and ends with 1 if any does.
+pages have numbers of other code, and ends with 1 if any does. Tables of benchmarks (`make bench`, in
+docs/numbers/benchmarks) name theirs on the page and are not checked: seconds change with every machine.
 """
 
 import json
@@ -19,6 +20,7 @@ from typing import Any
 
 import decision_page
 import decisions
+import evidence_page
 import numpy as np
 import stress_numbers
 import xarray as xr
@@ -168,6 +170,14 @@ def environment() -> Environment:
         "decision_rows": decision_page.decision_rows,
         "force_rows": decision_page.force_rows,
     }
+    made.filters |= {
+        name: getattr(evidence_page, name)
+        for name in (
+            *("changed_verdicts", "computed", "counts", "origin", "refused"),
+            *("worst_case", "worst_rows", "wrapped"),
+        )
+    }
+    made.filters["columns"] = evidence_page.columns_of
     made.filters["seconds"] = in_seconds
     made.filters["signed"] = lambda share: f"{100 * share:+.0f} %".replace("-", "−")
     made.filters["short"] = lambda value: "–" if value is None else f"{value:.3g}"
@@ -188,9 +198,9 @@ def place(template: Path) -> str:
 def pages() -> dict[str, str]:
     """Return the text of every page, by its name; last of all, what its numbers were computed with."""
     numbers, made = stored_numbers(), environment()
+    known = numbers | declared() | {"benchmarks": evidence_page.recorded(NUMBERS / "benchmarks")}
     texts = {
-        page: BLANKS.sub("\n\n", made.get_template(place(path)).render(**numbers, **declared())).rstrip()
-        + "\n"
+        page: BLANKS.sub("\n\n", made.get_template(place(path)).render(**known)).rstrip() + "\n"
         for page, path in templates().items()
     }
     return {page: text + computed_with(templates()[page], numbers) for page, text in texts.items()}

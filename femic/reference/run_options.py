@@ -1,7 +1,7 @@
 """Levels of refinement, the models to be solved at them, and how: workers, the store, reports of progress.
 
 Errors of both engines are assumed to fall like h^3 and L^-2. Measured rates are h^3 for the solid engine, h^4
-for the harmonic engine, and L^-2 for both (docs/evidence/solid-engine.md, docs/evidence/harmonic-engine.md).
+for the harmonic engine, and L^-2 for both (docs/theory/errors.md).
 """
 
 import os

@@ -354,6 +354,6 @@ def compute_matrix(scene: Scene, path: Path, options: RunOptions = DEFAULT) -> M
 def expected_seconds(scene: Scene) -> float:
     """Return the seconds expected for making, checking and writing the matrices from solved models.
 
-    The law was fitted on one machine of 2 cores (docs/how-to/matrix.md).
+    The law was fitted on one machine of 2 cores (docs/evidence/performance.md).
     """
     return FIRST_SECONDS + SECONDS_PER_ENTRY * len(scene.compared) * int(np.prod(matrix_shape(scene)))

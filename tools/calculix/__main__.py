@@ -5,7 +5,8 @@
 C of one load beside the crown of a rail and of a wheel, raw; a shifted contact, with small and with large
 displacements; what large displacements change; stresses under a patch. CalculiX is a package of Debian and
 Ubuntu, `apt install calculix-ccx`. Meshes, input and the reading of output are this folder's; the bodies,
-contours and supports are femic's. docs/evidence/other-programs.md has the tables.
+contours and supports are femic's. With --record the tables also go to docs/numbers/benchmarks, and
+tools/write_docs.py puts them on docs/evidence/other-programs.md.
 """
 
 import argparse
@@ -19,6 +20,9 @@ import strain
 import stresses
 from contact import Arcs, Found, Run, by_c, by_calculix, by_elements
 from deck import PROGRAM, installed
+
+sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
+from tables import Record, arguments, print_table
 
 LOAD = 12.8e3  # N
 SHIFTED = Arcs(10.0, 11.0, 500.0, 0.3)
@@ -53,7 +57,14 @@ def contact_table(fine: bool, folder: Path) -> tuple[Sequence[str], Rows]:
                 found = by_calculix(SHIFTED, approach, patch, Run(cells, folder, large))
                 yield row(f"CalculiX, {what} displacements", found)
 
-    return ["by", "N", "F_y / N", "p_max, MPa", "N against femic's elements", "p_max likewise"], rows()
+    return [
+        "by",
+        "N [N]",
+        "F_y / N",
+        "p_max [MPa]",
+        "N over femic's elements",
+        "p_max over femic's elements",
+    ], rows()
 
 
 def strain_table(fine: bool, folder: Path) -> tuple[Sequence[str], Rows]:
@@ -74,6 +85,27 @@ CASES: dict[str, Callable[[bool, Path], tuple[Sequence[str], Rows]]] = {
 }
 
 
+SHOWS = {
+    "ics": (
+        "Raw C beside the crown, 1e-6 mm/N. The rail is the lower body of Geometry 1, the wheel the "
+        "upper one of Geometry 2, loaded 3 mm beside the crown and clamped at a far arc of 40 mm. At "
+        "nine points up to 6 mm away; of each component the point with the largest difference."
+    ),
+    "contact": (
+        "Arcs of 10 mm (rail) and 11 mm (wheel, R_roll 500 mm), flanks at 60°, steel, far arcs of 30 mm, "
+        "the wheel moved aside by 0.3 mm, no friction, at one approach. Cells are those along the half-width."
+    ),
+    "strain": (
+        "Contacts with large displacements against small ones on one mesh: relative changes divided by "
+        "p_max / E. Steel, R_roll 500 mm."
+    ),
+    "stresses": (
+        "The rail of the first table under 1000 MPa and a shear of 300 MPa along s on a patch of 2 × 1.6 "
+        "mm, at Gauss points 0.25 to 2 mm below it. Differences are divided by the largest stress of all."
+    ),
+}
+
+
 def main() -> int:
     """Print the tables; return 2 where CalculiX is not installed."""
     parser = argparse.ArgumentParser(
@@ -82,28 +114,18 @@ def main() -> int:
     parser.add_argument("--only", nargs="+", choices=CASES, default=list(CASES), help="some of the cases")
     parser.add_argument("--fine", action="store_true", help="finer meshes, several times as long")
     parser.add_argument("--folder", type=Path, default=Path("out/calculix"), help="files of CalculiX")
-    options = parser.parse_args()
+    options = parser.parse_args(arguments())
     if not installed():
         sys.stderr.write(f"{PROGRAM} is not installed: apt install calculix-ccx\n")
         return 2
     for name in options.only:
         start = perf_counter()
         header, rows = CASES[name](options.fine, options.folder / name)
-        write(f"\n### {CASES[name].__doc__}\n\n{line(header)}\n|{'---|' * len(header)}")
-        for row in rows:
-            write(line(row))
-        write(f"\n{perf_counter() - start:.0f} s")
+        command = f"python tools/calculix --only {name}{' --fine' if options.fine else ''}"
+        title = f"CalculiX: {str(CASES[name].__doc__).rstrip('.')}"
+        print_table(header, rows, record=Record(f"calculix.{name}", title, SHOWS[name], command))
+        sys.stdout.write(f"\n{perf_counter() - start:.0f} s\n")
     return 0
-
-
-def line(cells: Sequence[str]) -> str:
-    """A line of a table in Markdown."""
-    return f"| {' | '.join(cells)} |"
-
-
-def write(text: str) -> None:
-    sys.stdout.write(f"{text}\n")
-    sys.stdout.flush()
 
 
 if __name__ == "__main__":

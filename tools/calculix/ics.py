@@ -137,4 +137,4 @@ def rows(loaded: LoadedBody, growth: float, folder: Path) -> Iterator[list[str]]
         yield [name, component, f"({x:g}, {s:g})", *numbers, f"{1e6 * largest:.4f}", f"{share:+.2%}"]
 
 
-HEADER = ["body", "ij", "(x, s), mm", "CalculiX", "femic", "largest of all points", "difference over that"]
+HEADER = ["body", "ij", "(x, s) [mm]", "CalculiX", "femic", "largest of all points", "difference over that"]

@@ -23,15 +23,15 @@ PAIRS: Mapping[str, Arcs] = {  # radii of rail and wheel, the latter on a rollin
 PRESSURES = (525.0, 1050.0, 2100.0)  # MPa, about, by B-hat: 0.25, 0.5 and 1 % of E
 HEADER = [
     "pair",
-    "N",
+    "N [N]",
     "p_max / E",
     "nodes",
-    "p_max",
-    "N",
-    "F_y / N",
-    "p_max / strain",
-    "N / strain",
-    "at one N",
+    "change of p_max",
+    "change of N",
+    "change of F_y / N",
+    "p_max at the same approach",
+    "N at the same approach",
+    "p_max at the same N",
 ]
 
 

@@ -24,10 +24,10 @@ COMPONENTS = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 
 HEADER = [
     "stress",
     "points",
-    "largest, MPa",
-    "largest difference, MPa",
-    "over the largest",
-    "root mean square",
+    "largest [MPa]",
+    "largest difference [MPa]",
+    "largest difference",
+    "root mean square difference",
 ]
 
 

@@ -13,7 +13,7 @@ is meshed, and its wavenumbers are counted on a half-space under the same loads,
 responses of the half-space are known in closed form, so the search for its wavenumbers takes no mesh and a
 tenth of a second. On a plane it finds the same wavenumbers; on curved bodies it finds about four fifths as
 many (measured). Seconds and memory follow laws that were fitted on one machine of 2 cores
-(docs/how-to/matrix.md): their ratios are more reliable than their values.
+(docs/evidence/performance.md): their ratios are more reliable than their values.
 
 For each of the many small matrices of an elimination NumPy gives the interpreter's lock back and takes it
 again, so threads wait for each other: two are 1.5 to 1.8 times as fast as one, two processes 1.9 times. But a
