@@ -52,7 +52,7 @@ class Target:
         self._check_distances()
         for component, values in zip(self.components, self.ics, strict=True):
             if not np.any(values[self.weights > 0]):
-                raise WrongInput(f"{component}: all of its ICs are 0; choose other points or components")
+                raise WrongInput(f"{component}: all ICs are 0; choose other points or components")
 
     def _check_arrays(self) -> None:
         """Raise WrongInput for shapes that do not fit and values that are not finite."""

@@ -49,7 +49,7 @@ class EffectiveProperties:
 
     def __post_init__(self) -> None:
         if self.G and not self.G.far > 0:
-            raise WrongInput(f"effective G far away = {self.G.far!r}: must be positive [MPa]")
+            raise WrongInput(f"effective G at r_inf and beyond = {self.G.far!r}: must be positive [MPa]")
         if self.nu and not 0 <= self.nu.far <= 0.5:
             raise WrongInput(f"effective nu far away = {self.nu.far!r}: must lie in 0 ... 0.5")
 

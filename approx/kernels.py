@@ -168,7 +168,7 @@ def checked_lengths(patch: Patch, x: Array, s: Array) -> None:
     if least < LENGTHS[0] or max(most, furthest) > LENGTHS[1]:
         raise WrongInput(
             f"lengths from {least:g} to {max(most, furthest):g} mm: only {LENGTHS[0]:g} ... {LENGTHS[1]:g} "
-            "mm can be computed; choose other units (mm and MPa may stand for any others that fit together)"
+            "mm can be computed; choose other units (any consistent units may replace mm and MPa)"
         )
 
 

@@ -1,6 +1,6 @@
 """What `femic` hands out of `compare`: figures of labelled results, and scenes with their page.
 
-Notebooks show figures to be explored, and `savefig` writes them.
+In notebooks the figures are interactive; `savefig` writes them to files.
 """
 
 from io import BytesIO
@@ -31,10 +31,10 @@ from geometries.patches import COMPONENTS
 
 @with_checked_arguments
 def plot_ics(ics: xr.Dataset, component: str = "nn") -> Figure:
-    """Draw a component of ICs, of a dataset of `compute_ics`, along its lines: a row per body.
+    """Draw one component of the ICs in a dataset of `compute_ics` along its lines, one row per body.
 
-    ICs are multiplied by Young's modulus of the lower body and its crown radius, lengths divided by that
-    radius. C has a band, its estimated error. Raises WrongInput for an unknown component.
+    ICs are multiplied by Young's modulus and the crown radius of the lower body; lengths are divided by that
+    radius. The band about C is its estimated error. Raises WrongInput for an unknown component.
     """
     if component not in COMPONENTS:
         raise WrongInput(f"component = {component!r}: one of {', '.join(COMPONENTS)}")
@@ -43,12 +43,12 @@ def plot_ics(ics: xr.Dataset, component: str = "nn") -> Figure:
 
 @with_checked_arguments
 def plot_contact(contact: xr.Dataset) -> Figure:
-    """Draw contacts with all ICs, of a dataset of `solve_contact` or `compute_shifts`.
+    """Draw the contacts in a dataset of `solve_contact` or `compute_shifts`, with all ICs.
 
-    Without friction: pressures [MPa] on the surface, with the edges of patches. Of steady rolling:
-    creep-force curves; of transient rolling: forces over the rolled distance [mm]. Of compression: the share
-    of the contact area that slides, over the load [N]. Of a wheelset at several shifts: largest pressures
-    [MPa] over the shift [mm]. Raises WrongInput for other datasets.
+    Without friction: pressures [MPa] on the surface, with the patch edges. Steady rolling: creep-force
+    curves. Transient rolling: forces against the rolled distance [mm]. Compression: sliding part of the
+    contact area against load [N]. Wheelset: largest pressure [MPa] against shift [mm]. Raises WrongInput for
+    other datasets.
     """
     contact = contacts_by_label("contact", contact)
     if "shift" in contact.dims:
@@ -58,7 +58,7 @@ def plot_contact(contact: xr.Dataset) -> Figure:
 
 @with_checked_arguments
 def plot_profile(profile: Profile) -> Figure:
-    """Draw how a profile was understood: section [mm], residual [µm], inclination [degrees], curvature."""
+    """Draw a profile as femic reads it: section [mm], residual [µm], inclination [degrees], curvature."""
     return _for_notebooks(all_panels(profile.data))
 
 
@@ -84,7 +84,7 @@ def _for_notebooks(chart: Chart) -> Figure:
 def run_scene(scene: Scene, out: str | Path, options: Options = DEFAULT) -> Path:
     """Compute the ICs of a scene as `femic run` does, and write them with a report; return its path.
 
-    `scene` comes from `load_scene`, with its own accuracy and engine: of `options` only workers, store and
-    report count. Raises WrongInput, and Failure where the tolerance cannot be met.
+    `scene` comes from `load_scene` and defines accuracy and engine; only workers, store and report of
+    `options` have an effect. Raises WrongInput; raises Failure if C does not reach the tolerance.
     """
     return run.run_scene(scene, Path(out), options.run)

@@ -1,8 +1,8 @@
 """femic: influence coefficients of non-planar elastic solids, their approximations, and contact.
 
-The names below are the public interface; docs/how-to/python.md shows each at work. All else is private and
-may change without notice. Units are mm, N, MPa and rad; names that end in `_deg` are angles in degrees. Names
-are loaded when they are used for the first time, so that `import femic` takes no time.
+The names below are the public interface; docs/how-to/python.md shows examples. Everything else is private and
+may change without notice. Units are mm, N, MPa and rad; names ending in `_deg` are angles in degrees. Each
+name is loaded when you first use it, so `import femic` is fast.
 """
 
 from importlib import import_module

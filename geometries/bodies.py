@@ -81,7 +81,7 @@ class Body:
             object.__setattr__(self, "domain", replace(self.domain, far_radius=self.outline.size))
         if self.hub_radius is not None and np.isinf(surface.rolling_radius):
             raise WrongInput(
-                f"hub_radius = {self.hub_radius!r}: a prismatic body has none; give rolling_radius"
+                f"hub_radius = {self.hub_radius!r}: a prismatic body has no hub; give rolling_radius"
             )
         if self.hub_radius is not None and not HUB_SHARE * self.rolling_radius <= self.hub_radius:
             raise WrongInput(
@@ -95,8 +95,8 @@ class Body:
         """Raise WrongInput for an outline that does not fit the body."""
         if self.hub_radius is not None:
             raise WrongInput(
-                f"hub_radius = {self.hub_radius!r}: an outline says itself where the body is clamped: "
-                "leave it out"
+                f"hub_radius = {self.hub_radius!r}: the outline defines where the body is clamped; leave "
+                "hub_radius out"
             )
         check_outline(outline, self.contour, self.side)
         highest = float(np.max(self.side * outline.corners[1]))

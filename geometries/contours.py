@@ -351,5 +351,6 @@ def _check_points(points: Array) -> None:
     if len(not_growing):
         k = int(not_growing[0]) + 1
         raise WrongInput(
-            f"point {k + 1}: y = {points[k, 0]:g} after {points[k - 1, 0]:g}: y must grow; sort the points"
+            f"point {k + 1}: y = {points[k, 0]:g} after {points[k - 1, 0]:g}: y must increase; sort the "
+            "points"
         )

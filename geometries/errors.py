@@ -7,7 +7,7 @@ from typing import Any
 
 
 class WrongInput(ValueError):
-    """An input that cannot be used; the message names the field, the value and the remedy."""
+    """The input cannot be used; the message names the field, the value and the remedy."""
 
 
 def require_numbers(noun: Any, *, whole: Collection[str] = ()) -> None:
@@ -22,4 +22,4 @@ def require_numbers(noun: Any, *, whole: Collection[str] = ()) -> None:
 
 
 class Failure(RuntimeError):
-    """A result that could not be computed; the message gives the numbers and what to try."""
+    """The result could not be computed; the message gives the numbers and what to try."""

@@ -51,7 +51,7 @@ class SectionOutline:
         repeated = np.flatnonzero(self._lengths <= SAME_PLACE * self.size)
         if len(repeated):
             k = int(repeated[0]) + 1
-            raise WrongInput(f"outline.points: points {k} and {k + 1} are the same: leave one out")
+            raise WrongInput(f"outline.points: points {k} and {k + 1} are identical; remove one")
 
     @classmethod
     def through(cls, points: Array, clamped: tuple[int, int]) -> "SectionOutline":
@@ -151,15 +151,15 @@ def check_outline(outline: SectionOutline, contour: Contour, side: int) -> None:
     crossing = _first_crossing(boundary)
     if crossing is not None:
         raise WrongInput(
-            f"outline.points: with the contour they cross themselves at y = {crossing[0]:.4g}, "
-            f"z = {crossing[1]:.4g} mm: give the points in order, from the contour's right end (s > 0) round "
-            "the body to its left end"
+            f"outline.points: the outline crosses itself or the contour at y = {crossing[0]:.4g}, z = "
+            f"{crossing[1]:.4g} mm; give the points in order, from the right end of the contour (s > 0) "
+            "around the body to its left end"
         )
     if np.sign(signed_area(boundary)) != side:
         below = "below" if side < 0 else "above"
         raise WrongInput(
-            f"outline.points: the body would not lie {below} the contour: give the points from the contour's "
-            "right end (s > 0) round the body to its left end"
+            f"outline.points: the body would not lie {below} the contour; give the points from the right "
+            "end of the contour (s > 0) around the body to its left end"
         )
 
 

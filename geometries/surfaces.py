@@ -32,7 +32,7 @@ class Surface:
 
     def __post_init__(self) -> None:
         if self.side not in (UPPER, LOWER):
-            raise WrongInput(f"side = {self.side!r}: +1 for the upper body, -1 for the lower")
+            raise WrongInput(f"side = {self.side!r}: give +1 for the upper body or -1 for the lower")
         if not self.rolling_radius > 0:
             raise WrongInput(f"rolling_radius = {self.rolling_radius!r}: must be positive [mm]")
 

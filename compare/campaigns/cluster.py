@@ -85,10 +85,10 @@ async def _server_kind(address: str, timeout: float) -> str:
 def no_answer(address: str, timeout: float, error: Exception) -> Failure:
     """Return the failure that no scheduler answers at an address, with possible causes."""
     return Failure(
-        f"no scheduler answers at {address} within {timeout:g} s ({str(error) or type(error).__name__}): is "
-        "`dask scheduler` running there, is the address right (tcp://HOST:8786), does a firewall let it "
-        "through, has Dask's configuration certificates for tls? Without --scheduler the cores of "
-        "this machine are used"
+        f"no scheduler answers at {address} within {timeout:g} s ({str(error) or type(error).__name__}): "
+        "check that `dask scheduler` runs there, that the address is right (tcp://HOST:8786), that no "
+        "firewall blocks it, and that Dask has certificates for tls. Without --scheduler femic uses the "
+        "cores of this machine"
     )
 
 
@@ -141,7 +141,7 @@ def size_for(requested: int | None, scenes: int, largest: float, memory: float |
     useful = max(1, min(requested or cores(), scenes))
     fitting = max(1, int(available // max(largest, BASE_MEMORY)))
     note = (
-        f"{fitting} instead of {useful} workers: models take up to {largest:.0f} MB, and there are "
+        f"{fitting} instead of {useful} workers, because models take up to {largest:.0f} MB, and there are "
         f"{available:.0f} MB for all"
     )
     workers = min(useful, fitting)

@@ -233,7 +233,7 @@ CHUNK = 1e6  # bytes of a chunk of a variable, unless one scene has more
 CODECS = (ZstdCodec(), Crc32cCodec())
 ABOUT = {
     "failure": {"long_name": "why there are no results"},
-    "seconds": {"units": "s", "long_name": "time for the scene; NaN: not computed yet"},
+    "seconds": {"units": "s", "long_name": "time of the scene; NaN: not yet computed"},
     DIGEST: {"long_name": "of all inputs of the results; 0: not computed yet, or to be computed again"},
 }
 
@@ -290,8 +290,8 @@ class CampaignDataset:
                 self._take(path, earlier.drop_vars(SCENE_VARIABLES), earlier[[*SCENE_VARIABLES]].load())
         except Exception as error:  # whatever zarr and xarray raise
             return (
-                f"{path}: damaged ({error or type(error).__name__}): it is written anew, with the finished "
-                "scenes of the store"
+                f"{path}: damaged ({error or type(error).__name__}); it is written again from the finished "
+                "scenes in the store"
             )
         return ""
 
@@ -309,7 +309,7 @@ class CampaignDataset:
         The digest is 0 where the scene may have other results the next time.
         """
         if difference := _other_shape(self.template, outcome):
-            message = f"its results have other shapes than in earlier scenes: {difference}"
+            message = f"its results have a different shape from those of earlier scenes: {difference}"
             outcome = SceneOutcome(failure=message, seconds=outcome.seconds)
         self._add_variables(outcome.dataset)
         self._put(number, outcome, digest)

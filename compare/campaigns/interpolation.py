@@ -165,7 +165,7 @@ class SceneGrid:
             failure = chosen.failure.isel(first)
             where = ", ".join(f"{axis} = {float(failure[axis]):g}" for axis in nodes)
             why = str(failure.values) or "not computed yet"
-            raise Failure(f"{self.path}: nothing at {where}: {why}; run the campaign again")
+            raise Failure(f"{self.path}: no result at {where}: {why}; run the campaign again")
         return np.asarray(chosen[name], dtype=float)
 
 
@@ -189,15 +189,15 @@ def _open(path: Path, _changed: int) -> SceneGrid:
     except Exception as error:  # whatever zarr and xarray raise
         raise BadScene(f"{path}: not the file of a campaign: {error}; make one by `femic sweep`") from error
     if dataset.attrs.get("points") != "grid" or "axes" not in dataset.attrs:
-        raise BadScene(f"{path}: no map: the campaign needs points = 'all'")
+        raise BadScene(f"{path}: not a map; the campaign needs points = 'all'")
     if DIGEST not in dataset.variables:
-        raise BadScene(f"{path}: written by an older version; make it again by `femic sweep`")
+        raise BadScene(f"{path}: written by an older version; run `femic sweep` again")
     with damage_reported(path):
         dataset = dataset.load() if path.is_file() else dataset
         axes = json.loads(dataset.attrs["axes"])
         values = {axis["name"]: dataset[axis["name"]].values for axis in axes}
     if texts := [name for name, along in values.items() if along.dtype.kind not in "fi"]:
-        raise BadScene(f"{path}: {', '.join(texts)}: there is nothing between values that are not numbers")
+        raise BadScene(f"{path}: {', '.join(texts)}: values that are not numbers cannot be interpolated")
     try:
         nodes = tuple(
             AxisNodes(axis["name"], tuple(map(float, values[axis["name"]])), axis["spacing"]) for axis in axes

@@ -10,7 +10,7 @@ from femic.scenes.scene_table import SceneTable
 
 DIGITS = 12  # significant, of numbers in names, and of those between the ends of a range
 LARGEST = 1e30  # finite number of a scene
-OUT_OF_RANGE = f"no number, or beyond {LARGEST:g}: give another one"
+OUT_OF_RANGE = f"not a number, or larger than {LARGEST:g}; give another one"
 
 
 class AxisTable(SceneTable):
@@ -21,14 +21,14 @@ class AxisTable(SceneTable):
     keys: Annotated[dict[str, float] | list[str], Field(min_length=1)] = Field(
         description="keys of a scene, such as lower.E, lines.0.s; with factors: { 'lower.E' = 1000 }"
     )
-    label: str = Field("", description="what the axis is, in figures; default: its name")
+    label: str = Field("", description="name of the axis in figures; default: its name in the file")
     unit: str = Field("", description="its unit")
-    values: Several[Any] = Field((), description="its values, or instead:")
+    values: Several[Any] = Field((), description="the values, or instead:")
     start: Finite | None = Field(None, alias="from", description="smallest value")
     to: Finite | None = Field(None, description="largest value")
     count: Annotated[Whole, Field(ge=2, le=1_000_000)] | None = Field(None, description="number of values")
     spacing: Literal["linear", "logarithmic", "inverse"] = Field(
-        "linear", description="how distances between values are measured: between from and to, and in a map"
+        "linear", description="spacing of the values between from and to, also for interpolation in a map"
     )
 
     def between(self, share: float) -> float:
@@ -59,7 +59,7 @@ class AxisTable(SceneTable):
                 )
         if isinstance(self.keys, dict):
             if not all(is_number(value) for value in self.values):
-                raise ValueError("values that are not numbers have no factors: give keys as a list")
+                raise ValueError("factors need values that are numbers; give keys as a list")
             if not all(0 < abs(factor) <= LARGEST for factor in self.keys.values()):
                 raise ValueError(f"keys: a factor is 0, {OUT_OF_RANGE}")
         if any(map(is_out_of_range, self.values)):
@@ -77,19 +77,21 @@ class CampaignFile(SceneTable):
     keep: Several[str] = Field(
         ("errors",),
         min_length=1,
-        description="kinds of results to keep of each scene : errors, ics, contact, stresses, ... "
+        description="results to keep from each scene: errors, ics, contact, stresses, ... "
         "(compare/campaigns/kinds.py)",
     )
-    set: dict[str, Any] = Field({}, description="keys that all scenes have, as in a scene file")
+    set: dict[str, Any] = Field({}, description="keys common to all scenes, as in a scene file")
     sweep: dict[str, AxisTable] = Field(min_length=1, description="the axes")
     points: Literal["all", "random"] | FilePath = Field(
         "all",
-        description="all: every combination of values; random: `samples` of the ranges; or a CSV file whose "
-        "columns have the axes' names",
+        description="all: every combination of values; random: `samples` random points in the ranges; or "
+        "a CSV file with the names of the axes as columns",
     )
     samples: Annotated[Whole, Field(ge=1, le=10_000_000)] = Field(100, description="number of random points")
     seed: Annotated[Whole, Field(ge=0)] = Field(
-        0, description="of random points, 0 or more; more samples with the same seed contain fewer"
+        0,
+        description="seed of the random points, 0 or more; a run with more samples and the same seed "
+        "contains the points of a smaller one",
     )
 
     @model_validator(mode="after")
@@ -113,7 +115,9 @@ class CampaignFile(SceneTable):
                     if f"{other}.".startswith(f"{key}.")
                 ]
                 if others:
-                    raise ValueError(f"sweep.{name}: {key} and {others[0]}: a key has one axis")
+                    raise ValueError(
+                        f"sweep.{name}: {key} and {others[0]}; a key can belong to one axis only"
+                    )
             owners |= dict.fromkeys(axis.keys, name)
         return self
 

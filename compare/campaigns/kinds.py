@@ -115,11 +115,11 @@ def advice(scene: Scene, options: RunOptions) -> xr.Dataset:
                 bounds[v, k] = np.max(worst_shares(scene, measure.shares(deviation)) + floor)
     seconds = np.array([[results.seconds[v, body] for body in bodies] for v in variants])
     advised = [float(cheapest(bounds[:, k], seconds[:, k], scene.ics_tolerance)) for k in range(len(bodies))]
-    about = "number of the variant that is good enough and cheap; -1: none"
+    about = "number of the cheapest variant that is accurate enough; -1: none"
     by = ("variant", "body")
     return xr.Dataset(
         {
-            "known_error": (by, bounds, SHARE | {"long_name": "error and estimate of C"}),
+            "known_error": (by, bounds, SHARE | {"long_name": "error plus estimated error of C"}),
             "ic_seconds": (by, seconds, {"units": "s", "long_name": "seconds of the ICs"}),
             "advised": ("body", advised, {"long_name": about}),
         },
@@ -156,7 +156,7 @@ def calibration(scene: Scene, options: RunOptions) -> xr.Dataset:
         np.max(np.abs(target.approximate("Bhat") - target.ics) / target.scales, axis=-1) for target in targets
     ]
     parameters, components = ("fitted_body", "parameter"), ("fitted_body", "fitted_component")
-    share = SHARE | {"long_name": "deviation from C, share of max |C| of the points"}
+    share = SHARE | {"long_name": "deviation from C, relative to max |C| of the points"}
     about_c = {"units": "1", "long_name": "C at the points of the calibration, without dimension"}
     return xr.Dataset(
         {

@@ -81,7 +81,7 @@ class CMap:
             entries = {key: key_of(table, key, axis.name) for key in keys}
             for key, entry in entries.items():
                 if not is_number(entry):
-                    raise BadScene(f"{key} = {entry!r}: a map of C over {axis.name} needs a number there")
+                    raise BadScene(f"{key} = {entry!r}; a map of C over {axis.name} needs a number")
                 set_key(own, key, entry, axis.name)
             values = [float(entries[key]) / factor for key, factor in keys.items()]
             if not np.ptp(values) <= SAME * np.max(np.abs(values)):
@@ -99,7 +99,7 @@ class CMap:
                 axes = ", ".join(axis.name for axis in self.nodes.axes)
                 raise BadScene(
                     f"{scene.name}: {' and '.join(different)} of the {name} body: not as in "
-                    f"{self.nodes.path}, which knows C for other values of {axes} only"
+                    f"{self.nodes.path}, which holds C for other values of {axes} only"
                 )
         return tuple(point)
 
@@ -221,7 +221,7 @@ def leave_one_out(fits: SceneGrid, body: str = "combined") -> xr.Dataset:
         ]
         shares = [np.abs(ics - target.ics) / target.scales for ics in approximations]
         rows.append([(np.sqrt(np.mean(share**2)), np.max(share)) for share in shares])
-    share = {"units": "1", "long_name": "deviation from C, share of max |C| of the points"}
+    share = {"units": "1", "long_name": "deviation from C, relative to max |C| of the points"}
     return xr.Dataset(
         {
             name: (("node", "by"), np.array(rows)[:, :, number], share)

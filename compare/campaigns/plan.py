@@ -41,7 +41,9 @@ def require_computable(campaign: Campaign) -> list[str]:
     """
     for keep in campaign.keep:
         if keep not in kinds.KINDS:
-            raise BadScene(f"{campaign.name}: keep = {keep!r}: must be one of {', '.join(kinds.KINDS)}")
+            raise BadScene(
+                f"{campaign.name}: unknown keep = {keep!r}: must be one of {', '.join(kinds.KINDS)}"
+            )
         require_other_names(campaign, kinds.KINDS[keep].names)
     ends, first, end = _ends(campaign), campaign.point(0), perf_counter() + REQUIRES_FOR
 

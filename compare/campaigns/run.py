@@ -220,7 +220,9 @@ class _Run:
         elif report.failure:
             self._collect_failed(number, task, report.failure)
         else:
-            raise Unusable(f"the store {self.store.location} has lost the result of a task: run again")
+            raise Unusable(
+                f"the store {self.store.location} has lost the result of a task; run the command again"
+            )
 
     def _collect_failed(self, number: int, task: SceneTask, failure: str) -> None:
         """Collect the stored parts of a scene whose failure may not repeat itself."""
@@ -270,20 +272,25 @@ class _Run:
         try:
             self.write()
         except OSError as error:
-            self.options.on_message(f"the dataset cannot be written now ({error}); the campaign goes on")
+            self.options.on_message(
+                f"the dataset cannot be written at present ({error}); the campaign goes on"
+            )
             self.written = perf_counter()
 
 
 # --- the cluster ----------------------------------------------------------------------------------------
 
 
-GONE = "the scheduler is gone; finished scenes are stored: start it again, and run the same command"
+GONE = (
+    "lost contact with the scheduler. Finished scenes are stored: start the scheduler again and repeat "
+    "the command"
+)
 CHECK_EVERY = 1.0  # s from a look at the workers to the next
 ANSWERS_WITHIN = 60.0  # s in which the scheduler returns a report
 GIVE_UP_AFTER = 25.0  # s in which all workers are paused, and none has a task at work
 REMEDY = (
-    "give workers more memory (dask worker --memory-limit) and one thread each (--nthreads 1), start fewer "
-    "on a machine, or more elsewhere"
+    "give the workers more memory (dask worker --memory-limit) and one thread each (--nthreads 1), or "
+    "start fewer workers on each machine"
 )
 
 Workers = Mapping[str, Mapping[str, Any]]  # by address, as a scheduler describes them
@@ -311,9 +318,7 @@ class Stall:
         paused = [worker for worker in workers.values() if worker.get("status") == "paused"]
         at_work = [worker.get("metrics", {}).get("task_counts", {}).get("executing", 0) for worker in paused]
         if self.had_workers and not workers:
-            self.on_message(
-                "there are no workers any more; waiting for others (Ctrl-C: continue another time)"
-            )
+            self.on_message("no workers are left; waiting for new ones (Ctrl-C: stop and continue later)")
         self.had_workers = bool(workers)
         if not paused or len(paused) < len(workers) or any(at_work):
             self.since = None
@@ -324,9 +329,9 @@ class Stall:
             memory, limit = largest.get("metrics", {}).get("memory", 0), largest.get("memory_limit") or 0
             used = f" ({memory / 2**20:.0f} of {limit / 2**20:.0f} MB)" if limit else ""
             raise Failure(
-                f"{len(paused)} of {len(workers)} workers are paused by Dask for their memory{used}, and "
-                f"none has a task at work: {REMEDY}. Finished scenes are stored: run the same command to "
-                "continue"
+                f"{len(paused)} of {len(workers)} workers are paused by Dask because of their "
+                f"memory{used}, and no task is running: {REMEDY}. Finished scenes are stored: repeat the "
+                "command to continue"
             )
         return len(workers) - len(paused)
 
@@ -339,8 +344,8 @@ def task_report(future: Future) -> TaskReport:
         raise Failure(GONE) from error
     except KilledWorker as error:
         return TaskReport(
-            f"its worker died {error.allowed_failures + 1} times, most likely for memory: give fewer workers "
-            "(--workers), larger cells or a larger tolerance; run again to try again"
+            f"its worker died {error.allowed_failures + 1} times, most likely because memory ran out. Use "
+            "fewer workers (--workers), larger cells or a larger tolerance, and run the command again"
         )
     except Unusable:
         raise

@@ -216,8 +216,8 @@ def require_writable(store: Store) -> None:
     """Raise Unusable where a store accepts nothing more."""
     if not store.writable:
         raise Unusable(
-            f"the store {store.location} accepts no more data ({store.problem}): make room, or give another "
-            "one (--store); finished scenes are stored: run the same command to continue"
+            f"the store {store.location} accepts no more data ({store.problem}). Free some space, or give "
+            "another store (--store). Finished scenes are stored: repeat the command to continue"
         )
 
 
@@ -307,7 +307,7 @@ def _compute_part(task: SceneTask, name: str, options: RunOptions) -> SceneOutco
         failure, lasting = f"{type(error).__name__}: {error}", False
     if scene_task(task.table, (name,), options.store).keys[name] != task.keys[name]:
         dataset, lasting = xr.Dataset(), False
-        failure = "a file that the scene names was changed meanwhile: run again"
+        failure = "a file named in the scene changed during the run; run the command again"
     outcome = SceneOutcome(dataset, failure, perf_counter() - start)
     if lasting:
         outcomes.put(options.store, task.keys[name], outcome)

@@ -52,15 +52,17 @@ def show(
         folders.make(out.parent)
     if target.endswith(".vtu"):
         if body or load:
-            raise WrongInput(f"{target}: has one body and one load; --body and --load are for scenes")
+            raise WrongInput(
+                f"{target}: a .vtu file holds one body and one load; use --body and --load with scenes only"
+            )
         vtu, title = Path(target), Path(target).stem
     else:
         scene = load_solid_scene(target)
         name, direction = body or scene.solved[0], load or "n"
         title = f"{scene.name}, {name} body, 1 N along +{direction}"
         yield (
-            f"{title}: solving a preview with coarse cells ({scene.settings.engine.name} engine); "
-            "`fields = true` in a scene gives the finest"
+            f"{title}: solving a preview with coarse cells ({scene.settings.engine.name} engine); set "
+            "`fields = true` in the scene for the finest model"
         )
         unit_load = Load(scene.patch, DIRECTIONS.index(direction))
         job = jobs(replace(scene, compared=(name,)))[name]  # whether or not the scene compares that body

@@ -33,28 +33,30 @@ from geometries.patches import N, S
 
 
 METHOD = (
-    "B̂′ is B̂ with elastic properties that change from the half-space's value, at the load, to a far value "
-    "at the distance r_∞: f(r) = f⁰ + (f_∞ − f⁰)·[(1 − ρ) ρᵐ + ρ (1 − (1 − ρ)ⁿ)], ρ = min(1, r/r_∞). "
-    "The parameters follow from weighted least squares against C for one lateral load position."
+    "B̂′ is B̂ with elastic properties that depend on the distance from the load. They change from the "
+    "half-space value at the load to a far value at the distance r_∞: f(r) = f⁰ + (f_∞ − f⁰)·[(1 − ρ) ρᵐ "
+    "+ ρ (1 − (1 − ρ)ⁿ)], ρ = min(1, r/r_∞). A weighted least-squares fit to C for one lateral load "
+    "position gives the parameters."
 )
 CURVATURE_APART = (
-    "Curvature along x is not part of the fit: it is subtracted first, and B̂′ adds it as B̂ does."
+    "The fit leaves out curvature along x: its effect is subtracted first, and B̂′ adds it again as B̂ does."
 )
-CURVATURE_FITTED = "The fit includes the curvature of wheels along x: B̂′ has no other curvature."
+CURVATURE_FITTED = "The fit includes the curvature of wheels along x; B̂′ adds no other curvature term."
 DEVIATIONS = (
-    "Standard deviations assume that deviations of the points are independent and as large as the residual "
-    "(or, if larger, the estimated error of C). They are not independent, because f is only a model of C: "
-    "standard deviations show which parameters the data determine."
+    "The standard deviations assume that the deviations of the points are independent and as large as the "
+    "residual (or as the estimated error of C, if that is larger). They are not independent, because f is "
+    "only a model of C. Use the standard deviations to see which parameters the data determine."
 )
 READING = (
-    "Left: the fit, and the K with which B̂ has the value of C at a point, −(C_xn + A_xs sin ½α{})·πG/"
-    "(J_x cos ½α). Right: what the approximations differ from C at the points of the fit; band: the estimate "
-    "of C. Table: root mean square of this difference with B̂′; largest errors on the lines of the scene with "
-    "B̂ → with B̂′, shares of the component."
+    "Left: the fit, and the K that makes B̂ equal to C at a point, −(C_xn + A_xs sin ½α{})·πG/(J_x cos "
+    "½α). Right: differences of the approximations from C at the points of the fit; band: estimated error "
+    "of C. Table: root mean square of this difference with B̂′, and the largest errors on the lines of "
+    "the scene with B̂ → with B̂′, relative to the component."
 )
 OTHER_C = (
-    "C without curvature: less what the wheels' curvature along x adds to B̂. Translation refitted: C_sn of "
-    "another vertical rigid translation, least squares to B̂′ on the lines{}."
+    "C without curvature: C minus the part that the curvature of the wheel along x adds to B̂. "
+    "Translation refitted: C_sn with another vertical rigid translation, fitted to B̂′ on the lines by "
+    "least squares{}."
 )
 
 
@@ -93,7 +95,7 @@ def summary(calibrations: Sequence[FittedScene]) -> str:
         for body in one.fits
         for component in one.scene.calibration.components
     )
-    return f"Largest errors on the lines of the scene with B̂ → with B̂′, of fitted components: {changes}."
+    return f"Largest errors of the fitted components on the lines of the scene, with B̂ → with B̂′: {changes}."
 
 
 def _sections(calibrations: Sequence[FittedScene]) -> Iterator[Section | Folded]:
@@ -105,7 +107,7 @@ def _sections(calibrations: Sequence[FittedScene]) -> Iterator[Section | Folded]
         block = Section if len(calibrations) == 1 else Folded
         yield block(f"ICs of {name} on its lines, and their differences from C", [named])
     tables = [Section(one.scene.name, [_errors_table(one)]) for one in calibrations]
-    note = Note(f"{MEASURE} Rows “C ±”: the estimated error of C itself.")
+    note = Note(f"{MEASURE} Rows “C ±”: the estimated error of C.")
     yield Folded("Errors on the lines of the scene", [*tables, note])
     for one in calibrations:
         yield Folded(f"Parameters of {one.scene.name}, and its scene", list(_parameters(one)))
@@ -125,12 +127,12 @@ def _parameters(calibrated: FittedScene) -> Iterator[Block]:
     for body, body_fit in calibrated.fits.items():
         snippet = {"effective": {body: properties_table(scene, body, body_fit.effective)}}
         shares = zip(scene.calibration.components, body_fit.rms, body_fit.worst, strict=True)
-        residuals = ", ".join(f"{c}: {rms:.1%} rms, {worst:.1%} at worst" for c, rms, worst in shares)
+        residuals = ", ".join(f"{c}: {rms:.1%} rms, {worst:.1%} at most" for c, rms, worst in shares)
         rows = [Row(parameter.name, [_value(parameter), parameter.note]) for parameter in body_fit.parameters]
         columns = [*numbers("value", unit="mm, MPa"), *texts("note")]
         residual = (
-            f"Residual, shares of max |C_ij| of the fitted points: {residuals}. In a scene file "
-            f"(`{scene.name}_calibrated.toml` has it):"
+            f"Residual relative to max |C_ij| of the fitted points: {residuals}. Lines for a scene file "
+            f"(already in `{scene.name}_calibrated.toml`):"
         )
         text = Verbatim(tomlkit.dumps(snippet).strip())
         yield Section(body, [Table("parameter", columns, rows), residual, text])

@@ -36,17 +36,17 @@ def parts(dataset: xr.Dataset) -> PageParts:
     at_last = dataset.isel(load=-1).sel(ics=reference_ics(dataset))
     return PageParts(
         summary=(
-            f"At {last}, where the patch covers up to {float(at_last.angle.max()):.0f} degrees, "
-            f"{range_text(100 * at_last.sliding_share, '.0f')} % of the contact area slides with {symbol} "
-            f"and friction {range_text(dataset.friction, 'g')}."
+            f"At {last}, {range_text(100 * at_last.sliding_share, '.0f')} % of the contact area slides, "
+            f"with {symbol} and friction {range_text(dataset.friction, 'g')}. The surface turns by up to "
+            f"{float(at_last.angle.max()):.0f} degrees across the patch."
         ),
         answer=answer(dataset, last),
         note=(
-            f"Sliding area over contact area. Band: estimate of {symbol}, which includes the error of the "
-            "steps of load."
+            f"Sliding area divided by contact area. Band: estimated error of {symbol}, which includes the "
+            "error from the load steps."
         ),
         contact=f"At {last}.",
-        work="Minus traction times slip in the last step of load, per area.",
+        work="Work of friction in the last load step, per unit area (minus traction times slip).",
     )
 
 
@@ -90,14 +90,14 @@ def sliding(dataset: xr.Dataset) -> Chart:
         share, estimate = main_number(contacts), main_number(contacts, "estimate_")
         by_load = curves_by_ics(places(dataset), share, estimate, share=True)
         by_angle = curves_by_ics(contacts.angle, share, estimate, share=True)
-        title = f"minus the share with {reference_symbol(dataset)}"
+        title = f"difference from the value with {reference_symbol(dataset)}"
         return [
-            Panel("over the load", abscissa(dataset).title, SLIDING, by_load),
+            Panel("against load", abscissa(dataset).title, SLIDING, by_load),
             *([difference_panel(dataset, contacts, title)] if compared_ics(dataset) else []),
-            Panel("over the angle of the patch", "Δδ with the same ICs [deg]", SLIDING, by_angle),
+            Panel("against the angle of the patch", "Δδ with the same ICs [deg]", SLIDING, by_angle),
         ]
 
-    alt = "sliding share of the contact area by ICs, and differences from the reference's"
+    alt = "sliding part of the contact area with each of the ICs, and differences from the reference"
     return by_friction(dataset, "sliding", panels, 3, 1.2, alt)
 
 

@@ -40,18 +40,20 @@ from geometries.surfaces import Surface
 
 
 NUMBERS = (
-    "Of the patch with the largest load, with estimated errors: from elements twice and four times as large; "
-    "of C also from C plus its own estimate. Small, below each number: its difference to the number with {}, "
-    "in its unit where it may vanish by symmetry. “p_max, displaced”: with the distance of the displaced "
-    "body instead of the linearised one; a dash where that contact exceeds the grid, or has no solution: "
-    "then errors are not known (± ?). Strains are taken as small: finite ones may change the largest "
-    "pressure by {:.2g} MPa. Lateral forces: approximations lack the bending of the sections."
+    "The numbers belong to the patch that carries most of the load. ± is the estimated error. It comes "
+    "from the same contact on elements twice and four times as large and, for C, also from C plus its own "
+    "estimated error. The small number below is the difference from the number with {}; it has the unit "
+    "of the number where that may vanish by symmetry. “p_max, displaced” uses the distance of the "
+    "displaced body instead of the linearised distance. A dash means that this contact exceeds the grid "
+    "or has no solution; its error is then unknown (± ?). Strains are assumed small: finite strains may "
+    "change the largest pressure by {:.2g} MPa. Approximate ICs leave out the bending of the sections, "
+    "which affects lateral forces."
 )
 GRIDS = (
-    "Estimate: largest estimated error of C_nn over the largest C_nn. Asymmetry: largest |C(I, J) − C(J, I)|"
-    "; contact takes the mean of both. Smallest eigenvalue over the least IC of an element on itself: for "
-    "given loads, of pressures without vertical load; for given approaches, of all pressures. It must be "
-    "positive, or contacts are not unique."
+    "Estimate: the largest estimated error of C_nn, divided by the largest C_nn. Asymmetry: the largest "
+    "|C(I, J) − C(J, I)|; contact uses the mean of the two. Smallest eigenvalue: divided by the smallest "
+    "IC of an element on itself. With given loads it covers pressures without a vertical resultant, with "
+    "given approaches all pressures. It must be positive; otherwise the contact is not unique."
 )
 SYMBOLS = "; ".join(f"{one.symbol}: {one.meaning}" for one in OF_FRICTIONLESS.values()) + "."
 FURTHER_ROWS = {  # below the numbers of a case
@@ -94,7 +96,7 @@ def _sections(
     yield Section("Patches", [figures.patches(dataset)])
     if dataset.sizes["case"] > 1:
         chart = figures.numbers_chart(dataset, figures.FURTHER, reference_ics(dataset), "numbers")
-        yield Folded("Further numbers over the angle of the patch", [chart])
+        yield Folded("Other numbers against the angle of the patch", [chart])
     symbol, strain = ics_symbol(reference_ics(dataset)), float(dataset.finite_strain_p_max.max())
     notes = [NUMBERS.format(symbol, strain), *([further.note] if further else [])]
     tables = case_tables(dataset, further)
@@ -105,14 +107,14 @@ def _sections(
     if "supports" in dataset.coords:
         with_c = dataset.sel(ics="C").isel(case=int(dataset.attrs["supported_case"]))
         changes = changes_table("supports", OF_FRICTIONLESS, with_c, dataset, "supported_")
-        supports += ["How other supports change the largest contact computed with C:", changes]
+        supports += ["Effect of other supports on the largest contact computed with C:", changes]
     yield Folded("Rigid motions and supports of the bodies", supports)
     seconds = dataset.seconds.values
     cost = (
-        f"Pressures took {seconds.min():.2g} ... {seconds.max():.2g} s a case; all of it "
+        f"Pressures took {seconds.min():.2g} ... {seconds.max():.2g} s per case; the whole run took "
         f"{dataset.attrs['seconds']:.1f} s."
     )
-    yield Folded("Grids, C on them, and cost", [GRIDS, _grids_table(dataset), cost])
+    yield Folded("Grids, C and cost", [GRIDS, _grids_table(dataset), cost])
     yield Folded("The scene", [Verbatim(str(dataset.attrs["scene"]))])
 
 
@@ -155,9 +157,10 @@ def _grids_table(dataset: xr.Dataset) -> Table:
 
 
 MAPS = (
-    "Pressures computed with B̂ in one scene (row) on the patch of another (column), at the same x / a and "
-    "s / b. Colours: normal displacement with A minus B̂, over the largest with B̂. A uniform difference "
-    "changes the approach only; a varying one changes the pressures."
+    "Each map applies the pressures of one scene (row), computed with B̂, to the patch of another scene "
+    "(column), at the same x / a and s / b. Colours: the normal displacement with A minus that with B̂, "
+    "divided by the largest displacement with B̂. A uniform difference only changes the approach; a "
+    "varying difference changes the pressures."
 )
 
 
@@ -189,15 +192,16 @@ def sensitivity_page(solved: Mapping[str, FrictionlessContacts]) -> Page:
         for case in cases
     ]
     table = Table(
-        "A over B̂, pressures of",
+        "A minus B̂, under the pressures of",
         numbers(*(f"on the patch of {patch}" for patch in solved), unit="%"),
         [Row(name, ranges[k * n : (k + 1) * n]) for k, name in enumerate(solved)],
     )
     maps = [_map(case, 100 * worst.largest) for case in cases]
     return Page(
         f"Where A and B̂ differ: {', '.join(solved)}",
-        f"Displacements with A are off by up to {worst.largest:.1%} of the largest with B̂, under the "
-        f"pressures of {worst.pressures} on the patch of {worst.patch}.",
+        f"Displacements with A differ from B̂ by up to {worst.largest:.1%} of the largest displacement. "
+        f"The largest difference occurs under the pressures of {worst.pressures} on the patch of "
+        f"{worst.patch}.",
         [Section("", [simple_chart("sensitivity", maps, n), MAPS])],
         table,
     )

@@ -41,7 +41,7 @@ def answer_chart(dataset: xr.Dataset) -> Chart:
         lines = {name: (s, across.sel(ics=name).values[part]) for name in ics_names(dataset)}
         differences = {name: (s, own - lines[reference][1]) for name, (_, own) in lines.items()}
         angle = float(dataset.angle.sel(ics=reference)[number])
-        title = f"pressure at {place}, patch over {angle:.0f}°"
+        title = f"pressure at {place}; the surface turns by {angle:.0f}°"
         panels = profile_panels(title, lines, differences, reference)
         profiles[label] = panels if len(lines) > 1 else panels[:1]
     return beside_numbers(dataset, profiles, reference)
@@ -83,9 +83,9 @@ def over_angle(dataset: xr.Dataset, keys: Sequence[str], reference: str) -> tupl
             values.append(Curve(symbol, angle, with_ics, look, bands[0]))
             differences.append(Curve(symbol, angle, 100 * (with_ics / nonzero - 1), look, bands[1]))
         quantity = OF_FRICTIONLESS[key]
-        title = f"{quantity.symbol} over the angle"
+        title = f"{quantity.symbol} against the angle"
         above.append(Panel(title, across, Column(quantity.symbol, quantity.unit).title, values))
-        difference = f"{quantity.symbol}: difference to {ics_symbol(reference)}"
+        difference = f"{quantity.symbol}: difference from {ics_symbol(reference)}"
         below.append(Panel(difference, across, f"{quantity.symbol} [%]", differences))
     return above, below
 
@@ -107,7 +107,7 @@ def profile_panels(
     )
     return [
         Panel(title, "s [mm]", "p [MPa]", upper),
-        Panel(f"pressure: difference to {symbol}", "s [mm]", f"p − with {symbol} [MPa]", lower),
+        Panel(f"pressure: difference from {symbol}", "s [mm]", f"p − with {symbol} [MPa]", lower),
     ]
 
 
@@ -148,7 +148,7 @@ def patch_maps(dataset: xr.Dataset, number: int) -> list[Map]:
         for name in drawing_order(looks)
     ]
     symbol, across, up = ics_symbol(reference), "x [mm]", "s [mm]"
-    title = f"pressure with {symbol}, edges with all ICs"
+    title = f"pressure with {symbol}, patch edges with all ICs"
     maps = [Map(title, across, up, x, s, exact.where(exact > 0).values, "MPa", curves=edges)]
     largest = max(float(abs(p - exact).max()), np.finfo(float).tiny)
     for name in compared_ics(dataset):

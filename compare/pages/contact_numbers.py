@@ -37,8 +37,8 @@ def verdict(off: float | xr.DataArray, estimate: float | xr.DataArray, limit: fl
         return ""
     off_text, estimate_text = (f"{float(f'{value:.2g}'):g}" for value in (off, estimate))
     if abs(off - limit) < estimate:
-        return f"not decided: ± {estimate_text} %"
-    return f"within {limit:g} %" if off <= limit else f"off by {off_text} %"
+        return f"not decided: estimated error ± {estimate_text} %"
+    return f"within {limit:g} %" if off <= limit else f"differs by {off_text} %"
 
 
 def answer_sentence(dataset: xr.Dataset, reference: str) -> str:
@@ -47,8 +47,9 @@ def answer_sentence(dataset: xr.Dataset, reference: str) -> str:
     case = dataset.isel(case=number).sel(ics=reference)
     return (
         f"At {case_labels(dataset)[number]} the largest pressure is "
-        f"{with_estimate(case.p_max, case.estimate_p_max)} MPa with {ics_symbol(reference)}, on a patch of "
-        f"2a × 2b = {2 * float(case.a):.3g} × {2 * float(case.b):.3g} mm over {float(case.angle):.0f}°."
+        f"{with_estimate(case.p_max, case.estimate_p_max)} MPa with {ics_symbol(reference)}. The patch "
+        f"measures 2a × 2b = {2 * float(case.a):.3g} × {2 * float(case.b):.3g} mm; the surface turns by "
+        f"{float(case.angle):.0f}° across it."
     )
 
 
@@ -65,7 +66,7 @@ def answer_table(dataset: xr.Dataset, reference: str, others: Sequence[str]) -> 
             Row(ics_symbol(name), [number_cell(solution, solutions[reference], key) for key in ANSWERS])
             for name, solution in solutions.items()
         ]
-        return Table(f"at {labels[0]}, and over {symbol}", heads, rows)
+        return Table(f"at {labels[0]}; difference from {symbol}", heads, rows)
     rows = []
     for number, label in enumerate(labels):
         case, exact = dataset.isel(case=number), dataset.isel(case=number).sel(ics=reference)
@@ -75,7 +76,7 @@ def answer_table(dataset: xr.Dataset, reference: str, others: Sequence[str]) -> 
             off = 100 * float(case.p_max.sel(ics=name) / exact.p_max - 1)
             cells.append(Cell(off, "+.1f", verdict(off, known, SUFFICES)))
         rows.append(Row(label.replace(" ", NO_BREAK), cells))
-    differences = numbers(*(f"p_max: {ics_symbol(name)} over {symbol}" for name in others), unit="%")
+    differences = numbers(*(f"p_max: {ics_symbol(name)} against {symbol}" for name in others), unit="%")
     return Table(f"with {symbol} at", [*heads, *differences], rows)
 
 

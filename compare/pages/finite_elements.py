@@ -39,23 +39,23 @@ SHARES = (0.01, 0.02, 0.05)  # deviations: a table has the angles from which the
 FURTHER = ("a", "approach")
 SIDEWAYS = 1e-6  # lateral force over load from which a contact counts as unsymmetric
 WITHOUT_RIGID = (
-    "Approaches with FE and with C exclude the rigid part M_zz of the compliance, computed by the models of "
-    "C on the same supports; nothing is fitted. Approximations have no supports: they give the approach of "
-    "half-spaces in contact."
+    "The approaches with finite elements (FE) and with C exclude the rigid part M_zz of the compliance. "
+    "M_zz comes from the models of C with the same supports; nothing is fitted. Approximate ICs have no "
+    "supports; they give the approach of half-spaces."
 )
 RAW = (
-    "Approaches with FE and with C contain the compliance of the whole bodies, approaches with "
-    "approximations do not."
+    "The approaches with finite elements (FE) and with C include the compliance of the whole bodies; the "
+    "approaches with approximate ICs do not."
 )
 BELOW = (
-    "With estimated errors. Small, below each number: its difference to the number by finite elements (FE), "
-    "in its unit where it may vanish by symmetry. "
+    "± is the estimated error. The small number below is the difference from finite elements (FE); it has "
+    "the unit of the number where that may vanish by symmetry. "
 )
 DETAILS = (
-    "Largest differences to finite elements, and the angles from which on a number of the patch differs by "
-    "more than a share and the estimate of finite elements; that is {:.1%} at most."
+    "Largest differences from finite elements, and the patch angle above which a number differs by more "
+    "than the given percentage plus the estimated error of finite elements. That error is at most {:.1%}."
 )
-PROFILES = "Pressures at x = 0 by finite elements, and with ICs on the elements beside it."
+PROFILES = "Pressures at x = 0 by finite elements, and with ICs on the elements next to x = 0."
 
 
 def write_fe_contact(dataset: xr.Dataset, out: Path) -> Path:
@@ -79,17 +79,20 @@ def summary(dataset: xr.Dataset) -> str:
     p_max = with_estimate(case.p_max, case.estimate_p_max)
     left_out = dataset.attrs["left_out"]
     return (
-        f"p_max by finite elements (FE) at {case_labels(dataset)[number]}: {p_max} MPa; largest differences "
-        f"of p_max to it: {off}." + (f" Finite elements did not solve {left_out}" if left_out else "")
+        f"p_max by finite elements (FE) at {case_labels(dataset)[number]}: {p_max} MPa. Largest "
+        f"differences of p_max from finite elements: {off}."
+        + (f" Finite elements found no solution for {left_out}" if left_out else "")
     )
 
 
 def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
     yield Section("", [answer_chart(dataset), PROFILES])
-    yield Folded("How far each of the ICs is off, and from which angle on", [*details(dataset)])
+    yield Folded(
+        "Error of each of the ICs, and the angle above which it exceeds a limit", [*details(dataset)]
+    )
     if dataset.sizes["case"] > 1:
         chart = numbers_chart(dataset, FURTHER, FE, "numbers")
-        yield Folded("Further numbers over the angle of the patch", [chart])
+        yield Folded("Other numbers against the angle of the patch", [chart])
     tables, quantities = [], {name: OF_FRICTIONLESS[name] for name in NUMBERS}
     for number, label in enumerate(case_labels(dataset)):
         case = dataset.isel(case=number)
@@ -154,7 +157,7 @@ def answer_chart(dataset: xr.Dataset) -> Chart:
         differences = {
             name: (s_fe, np.interp(s_fe, at, values) - with_fe) for name, (at, values) in lines.items()
         }
-        title = f"pressure at x = 0, patch over {float(dataset.angle.sel(ics=FE)[number]):.0f}°"
+        title = f"pressure at x = 0; the surface turns by {float(dataset.angle.sel(ics=FE)[number]):.0f}°"
         profiles[label] = profile_panels(title, lines | {FE: (s_fe, with_fe)}, differences, FE)
     return beside_numbers(dataset, profiles, FE)
 
@@ -172,13 +175,12 @@ def cost(dataset: xr.Dataset) -> str:
     )
     most = {name: float(dataset[f"fe_{name}"].max()) for name in ("memory", "tension", "penetration")}
     return (
-        f"Finite elements: {range_text(unknowns, ',.0f')} unknowns of the modelled "
-        f"parts, {range_text(seconds, '.0f')} s a load, up to "
-        f"{most['memory'] / 1e3:.1f} GB. Pressures and reactions carry the load to {np.nanmax(balance):.1g}, "
-        f"tensions are at most {most['tension']:.1g} of the largest pressure, penetrations "
-        f"{most['penetration']:.1g} of the approach. Rigid part of the compliance, subtracted from "
-        f"approaches: M_zz = {float(dataset.rigid_compliance):.4g} mm/N. Contacts with ICs took "
-        f"{range_text(dataset.seconds.values, '.2g')} s."
+        f"Finite elements: {range_text(unknowns, ',.0f')} unknowns in the modelled part of the bodies, "
+        f"{range_text(seconds, '.0f')} s per load, up to {most['memory'] / 1e3:.1f} GB. Pressures and "
+        f"reactions carry the load to {np.nanmax(balance):.1g}, tensions are at most {most['tension']:.1g} "
+        f"of the largest pressure, penetrations {most['penetration']:.1g} of the approach. Rigid part of "
+        f"the compliance, subtracted from approaches: M_zz = {float(dataset.rigid_compliance):.4g} mm/N. "
+        f"Contacts with ICs took {range_text(dataset.seconds.values, '.2g')} s."
     )
 
 
@@ -196,12 +198,12 @@ def stored_solution(scene: Scene, contacts: xr.Dataset, store: Store) -> Further
     return FurtherSolution(
         FE,
         Folded(
-            "Comparison with finite elements without ICs (FE)",
+            "Comparison with contact by finite elements (FE), without ICs",
             [summary(fe_contacts), *details(fe_contacts), chart],
         ),
         {number: with_fe.isel(case=number) for number in map(int, np.flatnonzero(with_fe.a.notnull()))},
-        "FE: the bodies have the same supports as with C; estimates are differences to cells twice as "
-        f"large. {approach_note(fe_contacts)}",
+        "FE: the bodies have the same supports as with C. The estimated errors are the differences from "
+        f"cells twice as large. {approach_note(fe_contacts)}",
     )
 
 

@@ -221,7 +221,7 @@ def numbers_chart(dataset: xr.Dataset) -> Chart:
             curves = curves_by_ics(places(dataset), values, estimate, share=name == "sliding_share")
             yield Panel(number.meaning, across.title, number.title, curves)
 
-    alt = f"all numbers of the contact over the {across.symbol}"
+    alt = f"all numbers of the contact against {across.symbol}"
     return by_friction(dataset, "numbers", lambda contacts: list(panels(contacts)), 3, 0.85, alt)
 
 
@@ -269,9 +269,10 @@ def covered_ranges(pressed: xr.DataArray) -> dict[str, slice]:
 EXACT = 1e-5  # share of a number below which its estimate is none
 MOST, FEW = 20, 5  # places in the tables of the main number, and of others
 BELOW = (
-    "Charts and contact.nc have all places, tables some. Small, below each number: its estimated error (from "
-    "elements twice and four times as large; in compression also from steps of load twice as large; of C "
-    "also from C plus its own estimate)."
+    "The tables show some of the points; the charts and contact.nc have all of them. The small number "
+    "below is the estimated error. It comes from the same contact on elements twice and four times as "
+    "large, in compression also with load steps twice as large, and for C also from C plus its own "
+    "estimated error."
 )
 
 
@@ -306,7 +307,7 @@ class MotionPage:
         """Write `contact.nc`, figures and `contact.html` into a folder; return the path of the page."""
         own = self.parts(dataset)
         note = filter(None, [own.note, dataset.attrs["friction_by_angle"], dataset.attrs.get("choice", "")])
-        largest = f"Colours end at the largest value with any ICs. {own.contact}"
+        largest = f"The colour scale of all maps ends at the largest value with any of the ICs. {own.contact}"
 
         def maps(name: str) -> Chart:
             return by_friction(dataset, name, lambda contacts: contact_maps(contacts, name))
@@ -369,7 +370,7 @@ def number_tables(dataset: xr.Dataset, steady: str = "") -> list[Block]:
         f"{float(dataset[f'estimate_{name}'].max()):.2g} {BY_SYMMETRY[name]})"
         for name in symmetric
     )
-    return [*blocks, f"0 by symmetry: {zeros or 'none'}."]
+    return [*blocks, f"Zero by symmetry: {zeros or 'none'}."]
 
 
 def support_tables(dataset: xr.Dataset) -> list[Table]:
@@ -400,10 +401,10 @@ def cost(dataset: xr.Dataset) -> str:
     about_c = ""
     if "C_seconds" in dataset.attrs:
         about_c = (
-            f" C on this grid took {dataset.attrs['C_seconds']:.0f} s; its largest estimated error is "
-            f"{dataset.attrs['C_estimate']:.2%} of the largest C_nn. Before the mean of C(I, J) and "
-            f"C(J, I)^T is taken both differ by up to {dataset.attrs['C_asymmetry']:.1%} of the largest "
-            f"C_{dataset.attrs['C_asymmetry_component']}, and less of other components. "
+            f" C on this grid took {dataset.attrs['C_seconds']:.0f} s. Its largest estimated error is "
+            f"{dataset.attrs['C_estimate']:.2%} of the largest C_nn. Contact uses the mean of C(I, J) and "
+            f"C(J, I)^T; the two differ by up to {dataset.attrs['C_asymmetry']:.1%} of the largest "
+            f"C_{dataset.attrs['C_asymmetry_component']}, and by less for the other components. "
             f"{dataset.attrs['discounted']}"
         )
-    return f"Grid: {grid}. Contact: {each}.{about_c} All in all {dataset.attrs['seconds']:.0f} s."
+    return f"Grid: {grid}. Contact: {each}.{about_c} The whole run took {dataset.attrs['seconds']:.0f} s."

@@ -33,32 +33,33 @@ MAIN = {  # numbers of a contact that the answer is about, as far as they were c
 }
 IN_A_TABLE = 9  # numbers beside each other
 READING = (
-    "Table: the cheapest way whose error, with the estimate of the reference, is within the tolerance in all "
-    "cases; among those within a factor of three in time the closest one; below it, its error and time. "
-    "Numbers beside points: tolerance of C, and elements across the smallest patch. Line: the front; no way "
-    "off it is as fast and closer, or as close and faster. Bars: how far the error may be off, as the "
-    "reference has one, too; below its estimate, nothing counts as closer."
+    "Table: the cheapest choice whose error, plus the estimated error of the reference, is within the "
+    "tolerance in all cases. If several choices take similar time (within a factor of three), the most "
+    "accurate one is shown. Its error and time stand below. Numbers beside points: tolerance of C, and "
+    "elements across the smallest patch. Line: the best choices; no other choice is both as fast and more "
+    "accurate. Bars: uncertainty of the error, because the reference also has an error. Differences below "
+    "that error do not count."
 )
 SHARES = (
-    "An error is the largest over the creepages or loads of a case, and over the cases. Numbers that may "
-    "vanish have errors as shares of themselves only where the reference's number exceeds ten times its own "
-    "estimate: the last column says at how many of them. Forces have two names: the same difference is a "
-    "larger share of the force than of friction times load, by as much as the force is smaller."
+    "Each error is the largest over all creepages or loads and over all cases. Where a number may vanish, "
+    "its relative error is only evaluated where the reference exceeds ten times its own estimated error; "
+    "the last column says at how many points. Errors of forces are given twice: relative to the force, "
+    "and relative to friction times load."
 )
 APPROACH = (
-    "C has no approach of its own without supports: of the rigid motion that these allow, a convention takes "
-    "the part along z away. So errors of approaches contain what that convention leaves, which is common to "
-    "all approximations; tractions do not depend on it."
+    "With C, the approach depends on the supports. A convention removes the rigid motion along z. Errors "
+    "of the approach therefore contain an offset from this convention, which is the same for all "
+    "approximations. Tractions do not depend on it."
 )
 COST = (
-    "Time: of an approximation at all points; of C the sum over all models that it and its estimate need, as "
-    "measured when they were solved. Unknowns: of the largest model. Memory: peak of the process up to then, "
-    "including earlier models."
+    "Time: for an approximation, all points; for C, the sum over all models that C and its estimated "
+    "error need, measured when they were solved. Unknowns: the largest model. Memory: the peak of the "
+    "process up to that point, including earlier models."
 )
 COST_OF_CONTACT = (
-    "ICs: of C the sum over its models, as measured when they were solved. Operator: from ICs to the "
-    "operator of contact; of approximations with the ICs. Contact: all cases, without estimates. Measured "
-    "once, beside whatever else the machine did."
+    "ICs: for C, the sum over its models, measured when they were solved. Operator: time from the ICs to "
+    "the contact operator; for approximations it includes the ICs. Contact: all cases, without error "
+    "estimates. Each time was measured once, while other programs may have been running."
 )
 
 
@@ -83,7 +84,7 @@ def summary(dataset: xr.Dataset) -> str:
     subjects, case = main_subjects(dataset), _main_case(dataset)
     best = dataset.label.sel(way=dataset.attrs["best"]).item()
     if not subjects:
-        return f"The reference, {best}, does not know any number well enough."
+        return f"The estimated error of the reference, {best}, is too large for every number."
     head = list(subjects)[-1 if _is_about_ics(dataset) else 0]
     errors = worst(dataset, subjects[head], case).dropna("way", subset=["bound"])
     is_c = errors.ics.values == "C"
@@ -95,8 +96,9 @@ def summary(dataset: xr.Dataset) -> str:
     }
     known = join_words(f"{percent(floor)} in {name}" for name, floor in floors.items())
     return (
-        f"For {head}: the closest approximation is {closest.label.item()}, {_off(closest)}; the fastest C is "
-        f"{fastest.label.item()}, {_off(fastest)}. Errors are against {best}, which is known to {known}."
+        f"For {head}: the closest approximation is {closest.label.item()}, {_off(closest)}; the fastest C "
+        f"is {fastest.label.item()}, {_off(fastest)}. Errors are relative to {best}, whose estimated error "
+        f"is {known}."
     )
 
 
@@ -105,7 +107,10 @@ def _least(errors: xr.Dataset, name: str) -> xr.Dataset:
 
 
 def _off(way: xr.Dataset) -> str:
-    return f"{error_text(way)} % off at worst ({way.number.item()}), in {time_text(way.seconds.item())}"
+    return (
+        f"with a largest error of {error_text(way)} % ({way.number.item()}), in "
+        f"{time_text(way.seconds.item())}"
+    )
 
 
 def answer_table(dataset: xr.Dataset) -> Table:
@@ -158,7 +163,9 @@ def _main_case(dataset: xr.Dataset) -> str | float | None:
 def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
     about_ics, best = _is_about_ics(dataset), dataset.label.sel(way=dataset.attrs["best"]).item()
     drawn = chart(dataset)
-    yield Section("", [drawn if drawn.steps else "All ways are as good as the reference.", Note(READING)])
+    yield Section(
+        "", [drawn if drawn.steps else "All choices are as accurate as the reference.", Note(READING)]
+    )
     if not about_ics:
         judged, points = (dataset[name].sum("case") for name in ("judged", "points"))
         rows = [
@@ -166,20 +173,20 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
             for name, known, every in zip(dataset.number.values, judged, points, strict=True)
         ]
         scales = Table("number", [*texts("error is a"), *numbers("known at")], rows)
-        yield Folded("What errors are shares of", [scales, Note(SHARES)])
+        yield Folded("What the errors are relative to", [scales, Note(SHARES)])
     cases = _cases(dataset) if about_ics else [None]
     names = known_numbers(dataset)
     marks = Note(
-        f"In percent, at worst. The row of the reference, {best}, has its estimate. *: on the front of that "
-        f"number. {f'{MEASURE} {COMPONENTS}' if about_ics else ''}"
+        f"Largest errors in percent. The row of the reference, {best}, shows its estimated error. *: among "
+        f"the best choices for that number. {f'{MEASURE} {COMPONENTS}' if about_ics else ''}"
     )
     tables = [
         Section("" if case is None else str(case), [_errors_table(dataset, names[k : k + IN_A_TABLE], case)])
         for case in cases
         for k in range(0, len(names), IN_A_TABLE)
     ]
-    yield Folded("Errors of all ways", [marks, *tables])
-    yield Folded("Time of all ways", [_cost_table(dataset), Note(COST if about_ics else COST_OF_CONTACT)])
+    yield Folded("Errors of all choices", [marks, *tables])
+    yield Folded("Time of all choices", [_cost_table(dataset), Note(COST if about_ics else COST_OF_CONTACT)])
     if skipped := json.loads(dataset.attrs["skipped"]):
         yield Folded("Left out", [Items([f"{name}: {reason}" for name, reason in skipped.items()])])
     if not about_ics:
@@ -245,9 +252,9 @@ def evidence(dataset: xr.Dataset, advice: Advice) -> Printed:
     names, case = list(advice.question.names), advice.question.body or None
     errors = {name + _mark(dataset, name, case): worst(dataset, [name], case) for name in names}
     scales = (
-        "share of 0.05 C_nn, as it vanishes in C"
+        "relative to 0.05 C_nn, because it vanishes in C"
         if VANISHING in head
-        else "share of the component itself"
+        else "relative to the component itself"
         if case
         else dataset.scale.sel(number=head).item()
         for head in errors
@@ -277,7 +284,7 @@ ALL = "all"  # the step of the slider and the panel that show the worst of all
 LEAST_DRAWN = 1e-6  # error: smaller ones vanish by symmetry and are drawn here
 FRONT = Look("#808080", width=1.0)
 FLOOR = Look("#808080", "dot", width=1.0)
-FLOOR_LABEL = "estimate of the best C"
+FLOOR_LABEL = "estimated error of the best C"
 
 
 def chart(dataset: xr.Dataset) -> Chart:
@@ -317,9 +324,9 @@ def _panel(dataset: xr.Dataset, names: Sequence[str], case: str | float | None) 
     if _is_about_ics(dataset):
         across = f"time for {dataset.attrs['points']} points [s]"
         if len(names) == 1 and _mark(dataset, names[0], case):
-            title = f"{title}: vanishes, share of 0.05 C_nn"
+            title = f"{title}: vanishes, relative to 0.05 C_nn"
     elif not _spread(errors):
-        return Panel(title, across, "error [%]: none, or not known as a share", [Curve("", [], [])])
+        return Panel(title, across, "error [%]: none, or no relative error", [Curve("", [], [])])
     on_front, seconds = errors.sel(way=ways_on_front(errors)), errors.seconds.values
     floor = _drawn(errors.floor.sel(way=dataset.attrs["best"]))
     lines = [

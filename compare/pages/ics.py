@@ -33,18 +33,18 @@ class SceneICs(NamedTuple):
 Scenes = Mapping[str, SceneICs]  # by name, with the same bodies, components, variants and lines
 
 ANSWER = (
-    "Largest difference from C of the {} ICs over {}: as a share of the component; small: of C_nn of the "
-    "same scene. C ±: the estimated error of C. †: vanishes in C."
+    "Largest difference of the {} ICs from C over {}, relative to the component itself; small: relative "
+    "to C_nn of the same scene. C ±: the estimated error of C. †: the component vanishes in C."
 )
 ONE_SCENE = (
-    "Components: displacement, then traction, such as sn: the displacement along s under a normal load. "
-    "Displacements per total load of 1 kN without rigid-body motion; band: C ± its estimated error, often "
-    "thinner than the line; circles: C of the solid engine. Dotted: where arc and flank join."
+    "A component names the displacement, then the traction: sn is the displacement along s under a normal "
+    "load. Displacements per total load of 1 kN, without rigid-body motion. Band: C ± its estimated "
+    "error, often thinner than the line. Circles: C of the solid engine. Dotted: joint of arc and flank."
 )
 SEVERAL_SCENES = (
-    "Colours distinguish variants, dashes scenes. Per unit total load, times E of the lower body and L of "
-    "the scene ({}). Band: C ± its estimated error, often thinner than the line. Where a scene's curve seems "
-    "missing, it coincides with the curve of another scene."
+    "Colours show the ICs, dashes the scenes. ICs per unit total load are multiplied by E of the lower "
+    "body and by L of the scene ({}). Band: C ± its estimated error, often thinner than the line. If the "
+    "curve of a scene seems to be missing, another scene's curve covers it."
 )
 
 
@@ -78,7 +78,7 @@ def _sections(scenes: Scenes, details: Iterable[Section | Folded]) -> Iterator[S
         for note in json.loads(scene.ics.attrs["warnings"])
     ]
     if notes:
-        yield Section("", [Note("Before relying on these numbers, note:"), Items(notes)])
+        yield Section("", [Note("Note before you use these numbers:"), Items(notes)])
     lengths = ", ".join(f"{name}: {scene.ics.reference_length:g} mm" for name, scene in scenes.items())
     curves = chart({name: scene.ics for name, scene in scenes.items()})
     answer = ANSWER.format(main_body(ics.body.values), ", ".join(lines_in(ics)))
@@ -90,8 +90,8 @@ def _sections(scenes: Scenes, details: Iterable[Section | Folded]) -> Iterator[S
 def _error_tables(scenes: Scenes) -> Iterator[Block]:
     """Yield the measure, and tables of the largest errors and of root mean squares by body and line."""
     yield Note(
-        f"{MEASURE} Rows “C ±”: the estimated error of C itself; rows “C (solid)”: the difference of the "
-        f"solid engine's C from it. {COMPONENTS}"
+        f"{MEASURE} Rows “C ±”: the estimated error of C. Rows “C (solid)”: C of the solid engine minus C. "
+        f"{COMPONENTS}"
     )
     ics = next(iter(scenes.values())).ics
     largest = {name: scene.errors for name, scene in scenes.items()}
@@ -110,7 +110,7 @@ def _error_tables(scenes: Scenes) -> Iterator[Block]:
             )
 
     yield from tables(largest, ERRORS_HEADING)
-    note = Note("Root mean squares over a line, shares of the same scale as the errors above.")
+    note = Note("Root mean square error over a line, relative to the same scale as the errors above.")
     yield Folded("RMS errors along the lines", [note, *tables(rms, "{}")])
 
 
@@ -171,34 +171,39 @@ def _first_component(components: Sequence[str]) -> str:
 
 
 SETUP = (
-    "Unit loads on a patch of {} × {} mm at s = {:g} mm. A body without an outline is its contour, continued "
-    "by straight flanks and closed by a far arc about the contact centre, which is clamped, as are both ends "
-    "(harmonic engine: the bodies are infinite along x); contour and flanks are free. This shape far away is "
-    "a convention of this program. An outline has its own shape and supports; the far radius is its size. "
-    "The resulting rigid-body motion is discounted."
+    "Unit loads act on a patch of {} × {} mm at s = {:g} mm. A body without an outline consists of its "
+    "contour, straight flanks, and a far arc about the contact centre. The far arc and both ends are "
+    "clamped (harmonic engine: the bodies are infinite along x); contour and flanks are free. This far "
+    "shape is a convention of this program. A body with an outline has its own shape and supports; the "
+    "far radius is its size. The rigid-body motion is subtracted."
 )
 ACCURACY = (
-    "Estimated error of C, worst over components and lines, on two scales: as a share of the component "
-    "itself, as in the tables above; and on the scale of refinement, the larger of max |C_ij| and 0.05 max "
-    "|C_nn| on the line, to which the tolerance applies, so that small components do not require arbitrarily "
-    "many cells. Its parts on the latter: from the mesh, from the size of the domain (given far arcs have "
-    "none) and (harmonic engine) from the interpolation between wavenumbers, each at its worst place."
+    "Largest estimated error of C over components and lines, on two scales. The first is relative to the "
+    "component itself, as in the tables above. The second is the scale of refinement: the larger of max "
+    "|C_ij| and 0.05 max |C_nn| on the line. The tolerance applies to the second scale, so that small "
+    "components do not need arbitrarily many cells. The parts on the second scale come from the mesh, "
+    "from the size of the domain (none if you give the far arc) and, for the harmonic engine, from the "
+    "interpolation between wavenumbers. Each part is shown where it is largest."
 )
 AGREEMENT = (
-    "The same computed with the solid engine, which shares only the contours with the harmonic one: the "
-    "difference of its C from C, and whether it is within the sum of both estimates (the component closest "
-    "to the sum). Shares of the component itself; with † of 0.05 max |C_nn|, where it vanishes."
+    "Comparison with the solid engine, which shares only the contours with the harmonic engine. The table "
+    "shows the difference between the two, and for the critical component the difference and the sum of "
+    "both estimated errors. Values are relative to the component itself; where it vanishes (†), to 0.05 "
+    "max |C_nn|."
 )
-HOLLOW = "A mark per component; hollow: C vanishes, share of 0.05 max |C_nn|. Marks of C: its estimate."
+HOLLOW = (
+    "One mark per component. Hollow: C vanishes, and the error is relative to 0.05 max |C_nn|. Marks "
+    "of C: its estimated error."
+)
 COSTS = (
-    "Memory: the peak of the worker process up to the end of the model. Seconds: of the run that solved the "
-    "model; stored models are not solved again. Seconds of each variant on all points ({} ICs; C: the sum "
-    "over its models): {}."
+    "Memory: the peak of the worker process up to the end of the model. Seconds: measured in the run that "
+    "solved the model; stored models are not solved again. Seconds for each of the ICs at all points ({} "
+    "ICs; for C, the sum over its models): {}."
 )
 DISCOUNT = (
     "Rigid-body discount M [mm/N; 1/N; 1/(N mm)] per body, axes x, y, z, φ (rotation about x through the "
-    "contact centre); discounted so that C_jj = A_jj three elements away along x, and the rotation at |s| = "
-    "{:g} mm:"
+    "contact centre); chosen so that C_jj = A_jj three elements away along x, with the rotation read at "
+    "|s| = {:g} mm:"
 )
 BODY_ROWS = {
     "E": "E [MPa]",
@@ -206,10 +211,10 @@ BODY_ROWS = {
     "rolling_radius": "rolling radius [mm]",
     "hub_radius": "clamped at a hub of radius [mm]",
     "far_radius": "far radius [mm]",
-    "domain_factor": "far radius over the first",
+    "domain_factor": "far radius / first far radius",
     "half_length": "half-length along x [mm]",
     "smallest_cell": "smallest cell, at the patch [mm]",
-    "cells_factor": "smallest cell over the first",
+    "cells_factor": "smallest cell / first smallest cell",
     "has_outline": "outline given",
     "far_radius_given": "far radius given",
 }
@@ -284,7 +289,7 @@ def accuracy_table(scene: SceneICs) -> Table:
             cells.append("{:.2%} ({} on {})".format(*max(known_places)) if known_places else "–")
         vanishing = [c for c in components if bool(known.solved_vanishes.sel(i=c[0], j=c[1]))]
         rows.append(Row(body, [*cells, ", ".join(vanishing) or "–"]))
-    scales = "share of the component itself", "on the scale of refinement"
+    scales = "relative to the component itself", "on the scale of refinement"
     parts = [f"from the {part}" for part in map(str, scene.errors.part.values[1:])]
     return Table("body", [*scales, *parts, "vanishing"], rows, is_text=True)
 
@@ -306,7 +311,7 @@ def agreement_table(scene: SceneICs) -> Table:
             "yes" if within else "no",
         ]
         rows.append(Row(f"{body}, {line}", cells))
-    heads = ["largest difference", "closest to the sum of the estimates", "within"]
+    heads = ["largest difference", "closest to the sum of the estimated errors", "within"]
     return Table("body, line", heads, rows, is_text=True)
 
 

@@ -88,7 +88,7 @@ def sources(arguments: Sequence[str], results: Path) -> tuple[Source, ...]:
     """
     if not 2 <= len(arguments) <= MOST_SCENES:
         given = ", ".join(arguments) or "none"
-        raise WrongInput(f"scenes = {given}: {len(arguments)} of them; give 2 to {MOST_SCENES}")
+        raise WrongInput(f"scenes = {given}: {len(arguments)} scenes; give 2 to {MOST_SCENES}")
     overlaid: dict[str, tuple[str, Source]] = {}
     for argument in arguments:
         source = _source(argument, results)
@@ -128,7 +128,7 @@ def _source(argument: str, results: Path) -> Source:
         ) from error
     if altered := receipts.changed(folder, COMMAND):
         raise WrongInput(
-            f"{folder}: {', '.join(altered)}: not as `femic run` has written it: run that scene again"
+            f"{folder}: {', '.join(altered)}: changed since `femic run` wrote it; run that scene again"
         )
     return Source(folder.resolve().name, folder, content, None)
 
@@ -153,7 +153,7 @@ def common(overlaid: Sequence[Source]) -> Content:
     misfits = [
         f"{kind} = "
         + " against ".join(f"[{', '.join(source.content[kind])}] of {source.name}" for source in overlaid)
-        + f": none in common; add one of them to all scenes ({kind})"
+        + f": nothing in common; add one of them to all scenes ({kind})"
         for kind in ("bodies", "components", "lines")
         if not shared[kind]
     ]
@@ -179,7 +179,7 @@ def overlay_folder(overlaid: Sequence[Source], out: Path | None, results: Path) 
     """Return the folder of the overlay; raises WrongInput if it holds the results of a scene."""
     folder = folders.check(out or results / "_".join(source.name for source in overlaid))
     if (folder / "ics.nc").exists() or folder.resolve() in [source.folder.resolve() for source in overlaid]:
-        raise WrongInput(f"--out {folder}: has the results of a scene; name another folder")
+        raise WrongInput(f"--out {folder}: this folder holds the results of a scene; name another folder")
     return folder
 
 

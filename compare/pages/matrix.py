@@ -42,39 +42,41 @@ from geometries.patches import COMPONENTS, DIRECTIONS, Grid
 COMMAND = "matrix"
 Value = TypeVar("Value")
 ACCURACY = (
-    "Largest estimated error of C over all lags and pairs of strips, and its largest parts, on the scale of "
-    "refinement, to which the tolerance applies. Four elements from the load and further that is the larger "
-    "of max |C_ij| and 0.05 max A_nn over the lags of a pair of strips; nearer: 5 A_nn at the same place. As "
-    "shares of the components themselves: rows “C” below. The file has an estimate for each entry."
+    "Largest estimated error of C over all lags and pairs of strips, and its largest parts, on the scale "
+    "of refinement, to which the tolerance applies. At four or more elements from the load, this scale is "
+    "the larger of max |C_ij| and 0.05 max A_nn over the lags of a pair of strips; nearer, it is 5 A_nn "
+    "at the same place. Rows “C” below show the error relative to the components themselves. The file has "
+    "an estimated error for each entry."
 )
 REQUIREMENTS = (
-    "Reciprocity: largest |C(I, J) − C(J, I)ᵀ| of the raw solution over the largest value of the same "
-    "component, where it is largest. Loads act on whole elements, displacements are read at centres: ICs "
-    "of curved bodies are not exactly reciprocal, and least so where a joint of arc and flank lies in a "
-    "strip, because local directions are constant beyond it. Work: smallest eigenvalue of the symmetric "
-    "part over the least IC of an element on itself; positive: tractions always do work."
+    "Reciprocity: the largest |C(I, J) − C(J, I)ᵀ| of the raw solution, divided by the largest value of "
+    "the same component. Loads act on whole elements but displacements are read at centres, so ICs of "
+    "curved bodies are not exactly reciprocal. The deviation is largest where a strip contains a joint of "
+    "arc and flank. Work: the smallest eigenvalue of the symmetric part, divided by the smallest IC of an "
+    "element on itself. If it is positive, tractions always do positive work."
 )
-TOO_LARGE = "Not computed: the matrices of this grid are too large to be kept in memory."
+TOO_LARGE = "Not computed: the matrices of this grid do not fit in memory."
 CHECKS = (
-    "Single loads in 3D, on three observing strips (all {} strips of a body would take {:.0f} minutes, "
-    "extrapolated): the largest difference from the matrix, as a share of "
-    "the component itself (without vanishing ones), the sum of both estimates there, and the largest ratio "
-    "of a difference to this sum."
+    "Single loads in 3D, observed on three strips (all {} strips of a body would take about {:.0f} "
+    "minutes). Shown are the largest difference from the matrix relative to the component (vanishing "
+    "components excluded), the sum of both estimated errors there, and the largest ratio of a difference "
+    "to this sum."
 )
 WORST = (
-    "C is taken after the discount of [BVSV] here. Four elements from the load and further: the largest |V "
-    "− C| of a component as a share of its own largest |C_ij| there. Small, below it: nearer entries, "
-    "shares of A_nn at the same place. † C_ij vanishes there, share of 0.05 max |C_nn|."
+    "C is used after the rigid-body discount of [BVSV]. The number is the largest |V − C| of a component "
+    "at four or more elements from the load, relative to its largest |C_ij| there. The small number below "
+    "covers nearer entries, relative to A_nn at the same place. †: C_ij vanishes there, and the number is "
+    "relative to 0.05 max |C_nn|."
 )
 APPROXIMATIONS = (
-    "Approximations are ICs of half-spaces, so C is taken after the discount of [BVSV] here, which also "
-    "takes away the bending of the section. Largest displacement error that tractions of at most 1 anywhere "
-    "on the grid can cause, as a share of the largest displacement that the component itself can cause. "
-    "Small, below it: the weight, the same as a share of the largest displacement by normal tractions. "
-    "“Vanishes”: the component is zero, or the displacement that it causes is less than ten times its "
-    "estimated error; an "
-    "approximation is then tested as a zero, and its number, with †, is a share of 0.05 of the largest "
-    "displacement by normal tractions. Row “C”: the estimated error of C itself."
+    "Approximations are ICs of half-spaces, so C is used after the rigid-body discount of [BVSV], which "
+    "also removes the bending of the section. The number is the largest displacement error that tractions "
+    "of at most 1 on the grid can cause, relative to the largest displacement that the component itself "
+    "can cause. The small number below is the weight: the same error relative to the largest displacement "
+    "under normal tractions. “Vanishes”: the component is zero, or the displacement that it causes is "
+    "smaller than ten times its estimated error. An approximation is then compared with zero, and its "
+    "number (†) is relative to 0.05 of the largest displacement under normal tractions. Row “C”: the "
+    "estimated error of C."
 )
 MEASURES = {  # variables: the errors, the weights below them, and which components vanish
     "displacements": ("displacement_error", "displacement_weight", "displacement_vanishes"),
@@ -82,9 +84,9 @@ MEASURES = {  # variables: the errors, the weights below them, and which compone
 }
 CHART = (
     "Displacements of the {} ICs per total load of 1 kN on an element of strip {} (cross, s = {:.3g} mm); "
-    "at x < 0, xs, sx, xn and nx change sign. The first map is the matrix of the file. Approximations are "
-    "ICs of half-spaces: they are compared with C after the discount of [BVSV], with the band of its "
-    "estimate. "
+    "at x < 0, xs, sx, xn and nx change sign. The first map shows the matrix in the file. Approximations "
+    "are ICs of half-spaces; they are compared with C after the rigid-body discount of [BVSV]. Band: its "
+    "estimated error. "
 )
 
 
@@ -101,13 +103,12 @@ def write_matrix(scene: Scene, out: Path, strip: int | None = None, options: Run
         raise WrongInput(f"--strip {strip}: the grid has strips 0 ... {n_s - 1}")
     path, key = out / "matrix.html", receipts.key_of(scene, results_digest(*PAGE_FOLDERS), strip)
     if receipts.holds(out, COMMAND, key):
-        watch.on_stage("  as it is there already")
+        watch.on_stage("  already in the folder")
         return path
     plans = matrix_plans(scene, workers)
     watch.on_stage(
-        f"  about {total_seconds(plans, workers):.0f} s, "
-        f"{max(plan.expected.memory for plan in plans):.0f} MB for models that are not stored yet, "
-        f"then {expected_seconds(scene):.0f} s"
+        f"  about {total_seconds(plans, workers):.0f} s, {max(plan.expected.memory for plan in plans):.0f} "
+        f"MB for models that are not yet stored, then {expected_seconds(scene):.0f} s"
     )
     file = out / "matrix.nc"
     with receipts.renewed(out, COMMAND, key, [file.name, path.name]):
@@ -132,10 +133,9 @@ def summary(matrix: xr.Dataset, file: str) -> str:
     sizes, costs = matrix.sizes, _by_name(matrix, "models", Cost)
     body, worst = max(_by_name(matrix, "estimated_error", Shares).items(), key=lambda item: item[1].total)
     return (
-        f"{file}: C between {sizes['loaded']} strips at {sizes['lag']} lags, known to "
-        f"{percent(worst.total)} (worst: {worst.component}, {body}); its models took "
-        f"{solver_seconds(costs):.0f} s and "
-        f"{max(cost.peak_memory for cost in costs.values()):.0f} MB."
+        f"{file} holds C for {sizes['loaded']} strips and {sizes['lag']} lags. The largest estimated error "
+        f"is {percent(worst.total)} ({worst.component}, {body}). The models took "
+        f"{solver_seconds(costs):.0f} s and {max(cost.peak_memory for cost in costs.values()):.0f} MB."
     )
 
 
@@ -184,7 +184,7 @@ def _sections(
         ]
         heads = ["strip", "difference", "allowed", "largest difference / allowed", "s"]
         text = CHECKS.format(grid.n_s, minutes)
-        yield Folded("Columns computed with the solid engine", [text, Table("body", heads, rows)])
+        yield Folded("Check: columns computed with the solid engine", [text, Table("body", heads, rows)])
 
     for body in combined_first(scene.compared):
         displacements, worst = (_errors_table(matrix.sel(body=body), *names) for names in MEASURES.values())
@@ -192,8 +192,8 @@ def _sections(
         heading = f"Errors of approximations of the {body} matrix"
         yield Folded(heading, [APPROXIMATIONS, displacements, entries])
     text = (
-        f"Models: {solver_seconds(costs):.0f} s when they were solved. This run, with models from the store: "
-        f"{matrix.attrs['seconds']:.0f} s, {matrix.attrs['peak_memory']:.0f} MB at its peak."
+        f"Models: {solver_seconds(costs):.0f} s when they were solved. This run, including models from the "
+        f"store: {matrix.attrs['seconds']:.0f} s, {matrix.attrs['peak_memory']:.0f} MB at its peak."
     )
     yield Folded("Cost: expected / actual", [cost_table(plans, costs), text])
     yield Folded("The scene", [Verbatim(scene.text)])
@@ -218,7 +218,7 @@ def answer_table(matrix: xr.Dataset, checks: Sequence[ColumnCheck]) -> Table:
     heads = [
         *numbers("estimated error", "reciprocity defect", unit="%"),
         *numbers("smallest eigenvalue", unit="1"),
-        *(numbers("solid engine: difference / estimates", unit="1") if checks else []),
+        *(numbers("solid engine: difference / estimated errors", unit="1") if checks else []),
     ]
     return Table("body", heads, rows)
 

@@ -28,20 +28,20 @@ SAID = (  # beginnings of the notes in the summary
     "A cubic spline through",
 )
 READING = (
-    "y grows to the field side and z upwards, for rails and wheels; the arc length s begins at the gauge "
-    "side. Inclinations are positive where the surface falls as y grows, curvatures where it bends down: on "
-    "the head of a rail and in the flange root of a wheel. Contours of scenes end where they are steeper "
-    "than 85 degrees (dotted)."
+    "For rails and wheels, y points to the field side and z up; the arc length s starts at the gauge "
+    "side. The inclination is positive where the surface falls with increasing y. The curvature is "
+    "positive where the surface bends down, on the head of a rail and in the flange root of a wheel. In "
+    "scenes, contours end where they are steeper than 85 degrees (dotted)."
 )
 NOISE = (
-    "The band of the curvature is the rms error that the residual leaves in it, if it is noise and "
-    "neighbouring points err independently; what the smoothing takes away from real shape is not in it."
+    "The band of the curvature is the rms error that follows from the residual, if the residual is "
+    "independent noise at each point. It does not include real shape that the smoothing removes."
 )
 
 
 def write_profile_page(profile: xr.Dataset, folder: Path) -> Path:
     """Write `profile.nc` and `profile.html`; returns the path of the page."""
-    title = f"{profile.kind.capitalize()} {profile.attrs['name']}: how it was understood"
+    title = f"{profile.kind.capitalize()} {profile.attrs['name']}: how the program reads it"
     page = Page(title, summary(profile), _sections(profile), answer_table(profile))
     return write_results(page, folder, "profile", profile)
 
@@ -93,7 +93,7 @@ def _sections(profile: xr.Dataset) -> Iterator[Section | Folded]:
     band = [Note(NOISE)] if 0 < profile.curvature_noise < np.inf else []
     yield Section("", [section(profile), over_length(profile), Note(READING), *band])
     if not profile.exact:
-        yield Folded("All that was done with the points, in this order", [Items(notes)])
+        yield Folded("What was done with the points, in this order", [Items(notes)])
 
 
 # --- charts ---------------------------------------------------------------------------------------------
@@ -139,7 +139,7 @@ def _panels(profile: xr.Dataset) -> list[Panel]:
     band = profile.curvature_noise if 0 < profile.curvature_noise < np.inf else None
     panels = [
         Panel("", "y [mm], to the field side", "z [mm], upwards", curves, to_scale=True),
-        Panel("Residual", ALONG, "points above the curve [µm]", [residual], levels=(0.0,)),
+        Panel("Residual", ALONG, "points minus curve [µm]", [residual], levels=(0.0,)),
         Panel(
             "Inclination",
             ALONG,

@@ -39,28 +39,25 @@ def parts(dataset: xr.Dataset) -> PageParts:
     """Return how far the creep-force curves of ICs are from the reference's, tractions, and free rolling."""
     symbol = reference_symbol(dataset)
     zero = 100 * dataset.zero_creepage.sel(ics=reference_ics(dataset))
-    pressed_too = (
-        "The limit of the force is larger than friction times load, since the flanks are pressed together, "
-        "too. "
-    )
+    pressed_too = "The force can exceed friction times load because the flanks also press on each other. "
     share = dataset.attrs["equal_force"]
-    contact = f"All at the same force, F_x = {share:g} friction times load, each at a creepage of its own."
+    contact = f"All contacts carry the same force, F_x = {share:g} × friction × load; their creepages differ."
     tractions = (
-        f"{contact} Rolling is towards +x. Grey: the largest traction that friction allows with {symbol}, "
-        "friction times pressure."
+        f"{contact} The wheel rolls towards +x. Grey: the friction limit with {symbol}, friction times "
+        "pressure."
     )
     return PageParts(
         summary=(
-            f"Under {load_text(dataset)} the wheel rolls without longitudinal force at a creepage of "
-            f"{range_text(zero, '.2g')}% with {symbol}, friction {range_text(dataset.friction, 'g')}."
+            f"With {symbol}, under {load_text(dataset)} and friction {range_text(dataset.friction, 'g')}, "
+            f"the longitudinal force is zero at a creepage of {range_text(zero, '.2g')}%."
         ),
         answer=answer(dataset),
         note=(
-            f"{load_text(dataset)}. {'' if dataset.attrs['friction_by_angle'] else pressed_too}"
-            f"Band: estimate of {symbol}."
+            f"{load_text(dataset)}. {'' if dataset.attrs['friction_by_angle'] else pressed_too}Band: "
+            f"estimated error of {symbol}."
         ),
         contact=contact,
-        work="Minus traction times slip, per unit of rolled distance and area.",
+        work="Work of friction per unit of rolled distance and area (minus traction times slip).",
         sections=[Section("Tractions along the centre line", [tractions, centre_line(dataset)])],
         tables=[curve_tables(dataset)],
         remarks=list(remarks(dataset)),
@@ -89,10 +86,10 @@ def answer(dataset: xr.Dataset) -> Table:
             cells[0] = cells[2] = cells[4] = ""
         rows.append(Row(ics_symbol(name), cells))
     columns = [
-        Column(f"largest distance from the curve with {symbol}", difference_unit(dataset)),
-        Column(f"creepage without force, friction {friction:g}", zero.unit),
+        Column(f"largest difference from the curve with {symbol}", difference_unit(dataset)),
+        Column(f"creepage at F_x = 0, friction {friction:g}", zero.unit),
         Column(f"minus that with {symbol}", zero.unit),
-        Column(f"slope there, friction {friction:g}", slope.unit),
+        Column(f"slope at F_x = 0, friction {friction:g}", slope.unit),
         Column(f"off {symbol} by", "%"),
     ]
     return Table("ICs", columns, rows)
@@ -109,13 +106,13 @@ def creep_force(dataset: xr.Dataset) -> Chart:
     def panels(contacts: xr.Dataset) -> list[Panel]:
         values, estimate = (force.factor * contacts[name] for name in ("F_x", "estimate_F_x"))
         curves = curves_by_ics(places(dataset), values, estimate)
-        title = f"minus the curve with {reference_symbol(dataset)}"
+        title = f"difference from the curve with {reference_symbol(dataset)}"
         return [
             Panel("longitudinal force on the wheel", ACROSS, force.title, curves),
             *([difference_panel(dataset, contacts, title)] if compared_ics(dataset) else []),
         ]
 
-    alt = "creep-force curves by ICs, and their differences from the reference's"
+    alt = "creep-force curves with each of the ICs, and their differences from the reference curve"
     return by_friction(dataset, "creep_force", panels, 2, 1.2, alt)
 
 
@@ -162,11 +159,11 @@ def curve_tables(dataset: xr.Dataset) -> Folded:
     sizes = numbers("largest", "root mean square", unit=difference_unit(dataset))
     meanings = "; ".join(f"{labels[name].symbol}: {OF_CURVE[name].meaning}" for name in OF_CURVE)
     return Folded(
-        "Free rolling, and distances of curves, at each friction",
+        "Free rolling, and differences of the curves, at each friction coefficient",
         [
             f"{meanings}.",
             Table("curve", columns, free),
-            Table(f"distance from the curve with {reference_symbol(dataset)}", sizes, apart),
+            Table(f"largest difference from the curve with {reference_symbol(dataset)}", sizes, apart),
         ],
     )
 
@@ -181,16 +178,16 @@ def remarks(dataset: xr.Dataset) -> Iterator[str]:
         linearised = solved.p_max.sel(xi=solved[f"{DISPLACED}xi"])
         p_max = solved[f"{DISPLACED}p_max"] / linearised - 1
         yield (
-            "The distance of the displaced wheel instead of the linearised one would move the creepage "
-            f"without force by {signed_text(extreme(zero), known)}% and change p_max by "
-            f"{number_text(extreme(p_max), '+.1%')}, with {reference_symbol(dataset)}."
+            f"With {reference_symbol(dataset)}, the distance of the displaced wheel, used instead of the "
+            "linearised distance, would change the creepage at F_x = 0 by "
+            f"{signed_text(extreme(zero), known)}% and p_max by {number_text(extreme(p_max), '+.1%')}."
         )
     for name in ics_names(dataset):
         simplified = dataset.simplified.sel(ics=name)
         if number := int(simplified.sum()):
             yield (
-                f"{ics_symbol(name)}: {number} of {simplified.size} contacts were solved only with fewer "
-                "elements that follow others at the leading edge; these are less accurate."
+                f"{ics_symbol(name)}: {number} of {simplified.size} contacts were only solved in a "
+                "simplified form at the leading edge. These contacts are less accurate."
             )
 
 

@@ -145,7 +145,7 @@ def surface_mesh(chart: MeshTri, scene: Scene, body: str, *, side: int) -> Figur
             axes.set(xlim=(max(s.min(), centre - window), centre + window), ylim=(0, window))
             axes.set(aspect="equal", title=title)
             axes.get_legend().remove()
-        figure.suptitle(f"surface mesh of the {body} body (modelled part; the rest follows by symmetry)")
+        figure.suptitle(f"surface mesh of the {body} body (modelled part; symmetry gives the rest)")
         return figure
 
 

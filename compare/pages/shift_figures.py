@@ -110,14 +110,14 @@ HIGH = 30.0  # mm above the rail tops up to which wheels are drawn
 
 def pressures(dataset: xr.Dataset) -> Chart:
     """Return p_max over the shift by side, and below it differences to the best ICs."""
-    alt = "Largest pressures over the shift, and their differences"
+    alt = "Largest pressure against shift, and its differences from the reference"
     return Chart("pressures", {"": _quantity_panels(dataset, P_MAX)}, 2, alt=alt)
 
 
 def forces(dataset: xr.Dataset) -> Chart:
     """Return creep forces and work of friction over the shift by side, and their differences."""
     steps = {quantity.symbol: _quantity_panels(dataset, quantity) for quantity in OF_ROLLING}
-    alt = "Creep forces over the shift, and their differences"
+    alt = "Creep forces against shift, and their differences from the reference"
     return Chart("forces", steps, 2, "quantity", start=OF_ROLLING[0].symbol, alt=alt)
 
 
@@ -164,7 +164,7 @@ def rolling(dataset: xr.Dataset) -> Chart:
         Panel("creepage at the nominal radius", SHIFT, "ξ_0 [10⁻³]", creepage),
         Panel("steering moment", SHIFT, "steering moment [kN m]", moment),
     ]
-    return Chart("axle", {"": panels}, 2, alt="Creepage and steering moment of the wheelset over the shift")
+    return Chart("axle", {"": panels}, 2, alt="Creepage and steering moment of the wheelset against shift")
 
 
 def geometry(dataset: xr.Dataset) -> Chart:
@@ -175,7 +175,7 @@ def geometry(dataset: xr.Dataset) -> Chart:
     shift, panels = dataset["shift"].values, []
     for title, up, values in (
         ("contact angle", "contact angle [deg]", dataset.contact_angle),
-        ("change of inclination across the patch", "Δδ [deg]", reference_values(dataset, "angle")),
+        ("inclination change across the patch", "Δδ [deg]", reference_values(dataset, "angle")),
         ("rolling radii", "rolling radius [mm]", dataset.radius),
     ):
         curves = [
@@ -225,7 +225,7 @@ def _section(dataset: xr.Dataset, at: xr.Dataset, side: str) -> Panel:
         within = np.concatenate([[start], s[(s > start) & (s < end)], [end]])
         curves.append(Curve("patch", np.interp(within, s, rail[0]), np.interp(within, s, rail[1]), PATCH))
     touching = [float(at.y.sel(side=side))], [float(at.z.sel(side=side))]
-    curves.append(Curve("touching point", *touching, POINT))
+    curves.append(Curve("contact point", *touching, POINT))
     angle, radius = (float(at[name].sel(side=side)) for name in ("contact_angle", "radius"))
     return Panel(
         f"{side} wheel: {angle:.1f}°, r = {radius:.2f} mm",

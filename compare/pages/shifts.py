@@ -19,57 +19,61 @@ from femic.results.wheelset import value_text
 
 
 ELASTIC = (
-    "Pressures are those of elastic contacts without friction; there is no plastic flow. Each wheel "
-    "carries the same vertical load; the lateral forces follow from the contact, whatever a vehicle needs."
+    "The contacts are elastic and frictionless; plastic flow is not included. Both wheels carry the same "
+    "vertical load. The lateral forces result from the contact; they are not the forces that a vehicle "
+    "needs."
 )
 READING = (
-    "C is the reference where it was computed (contact.c_above_deg), else B̂, which is itself an "
-    "approximation. C is of bodies with flanks of 60 degrees beside the contact; its estimate has the change "
-    "by nearer supports in it. Planar contact has the elements of each patch in one plane, of the mean "
-    "inclination where the profiles overlap, and ICs A; patches do not act on each other. Where both sides "
-    "are alike, the right contact at a shift is the left one at the opposite shift. Distances are those of "
-    "the displaced profiles. Bands: estimated errors of p_max by the size of the elements, which all ICs of "
-    "a contact share, and by the last decimals of the profiles' files."
+    "C is the reference where it was computed (contact.c_above_deg). Elsewhere B̂ is the reference, and "
+    "B̂ itself is an approximation. For C the bodies have flanks of 60 degrees beside the contact; its "
+    "estimated error includes the effect of nearer supports. Planar contact puts the elements of each "
+    "patch in one plane with the mean inclination where the profiles overlap, and uses ICs A; patches do "
+    "not displace each other. If both sides have the same profiles, the right contact at one shift is the "
+    "left contact at the opposite shift. Distances are those of the displaced profiles. Bands: estimated "
+    "error of p_max from the size of the elements, which all ICs of a contact share, and from the "
+    "rounding of the points in the profile files."
 )
 PATCHES = (
-    "With the best ICs of each contact, from the gauge side to the field side. The contact angle is to the "
-    "track plane, positive on a flange; the force along the normal of a steep patch is much larger than its "
-    "vertical part. The centre is an arc length from the rail's top, positive to the field side."
+    "Values with the best ICs of each contact, patches ordered from the gauge side to the field side. The "
+    "contact angle is measured from the track plane and is positive on a flange. On a steep patch the "
+    "force along the normal is much larger than its vertical part. The centre is given as arc length from "
+    "the top of the rail, positive to the field side."
 )
 AREAS = (
-    "Patches near each other share a grid and stand in one row. Creepages of a patch are the rigid slip and "
-    "the spin, the turning about its normal per rolled distance, in its centre of pressure. F_s and the slip "
-    "along the profile are positive to the field side."
+    "Patches that are close together share a grid and a row. The creepages of a patch are the rigid slip "
+    "and the spin at its centre of pressure; spin is the rotation about the normal per rolled distance. "
+    "F_s and the slip along the profile are positive to the field side."
 )
 CREEP_FORCES = (
-    "With the best ICs of each contact. M_z is about the vertical of the touching point, positive where it "
-    "turns the front of the wheel outwards; utilised is the tangential force over the sum of friction times "
-    "pressures; p_max is that with friction."
+    "Values with the best ICs of each contact. M_z is the moment about the vertical through the contact "
+    "point, positive if it turns the front of the wheel outwards. Utilised friction is the tangential "
+    "force divided by the sum of friction coefficient times pressure. p_max includes the effect of "
+    "friction."
 )
 ROLLING = (
     "Steady rolling, coefficient of friction {friction:g}{factor}. Creepage at the nominal radius: "
-    "{longitudinal} (free: no torque acts on the axle); lateral velocity of the wheelset: {lateral:g} V to "
-    "the left; yaw rate: {spin:g} V per mm to the left. F_x is positive in the rolling direction, F_y "
-    "towards the middle of the track, with the part of the inclined pressures. Differences of forces are "
-    "shares of friction times load, {unit:.3g} kN, those of the work of friction (T-gamma, per rolled "
-    "distance) shares of itself. Bands: estimated errors by the size of elements, which all ICs of a contact "
-    "share."
+    "{longitudinal} (free: no torque acts on the axle); lateral velocity of the wheelset: {lateral:g} V "
+    "to the left; yaw rate: {spin:g} V per mm to the left. F_x is positive in the rolling direction. F_y "
+    "is positive towards the middle of the track and includes the lateral part of the pressures. "
+    "Differences of forces are given relative to friction times load, {unit:.3g} kN; differences of the "
+    "work of friction (T-gamma, per rolled distance) are relative to the reference work. Bands: estimated "
+    "error from the size of the elements, which all ICs of a contact share."
 )
 OF_AXLE = (
-    "The creepage is that at the nominal radius; the steering moment is that of the longitudinal forces, "
-    "positive where it turns the wheelset to the right, which is back to the middle for a shift to the left. "
-    "The torque about the axle takes each traction on its own circle: over the rolling radius it differs "
-    "from F_x by up to {:.0f} N."
+    "The creepage refers to the nominal radius. The steering moment comes from the longitudinal forces. "
+    "It is positive if it turns the wheelset to the right; after a shift to the left this steers the "
+    "wheelset back to the middle. The torque about the axle uses the radius at which each traction acts. "
+    "Divided by the rolling radius, it differs from F_x by up to {:.0f} N."
 )
-CONICITY = "Equivalent conicity {} (EN 15302). {} Touching points jump at [mm]: {}."
+CONICITY = "Equivalent conicity {} (EN 15302). {} The contact points jump at these shifts [mm]: {}."
 CONVENTION = (
-    "Shifts are those of the wheelset at the rails, to the left; the roll follows from both wheels touching. "
-    "Touching points and rolling radii are those of the undeformed profiles."
+    "A shift is the movement of the wheelset to the left at rail level. The roll follows because both "
+    "wheels touch their rails. Contact points and rolling radii refer to the undeformed profiles."
 )
 PLACES = (
-    "Sections seen along the track, the left rail at the left; orange: patches with the best ICs, and "
-    "the touching point of the undeformed profiles. Below: outlines of the patches, on the unrolled "
-    "rail; arc lengths are positive to the field side, which is at the left of the left rail."
+    "Sections seen along the track, with the left rail on the left. Orange: patches with the best ICs, "
+    "and the contact point of the undeformed profiles. Below: outlines of the patches on the unrolled "
+    "rail. Arc lengths are positive to the field side, which lies to the left of the left rail."
 )
 
 
@@ -87,10 +91,10 @@ def summary(dataset: xr.Dataset) -> str:
     best = best_ics(dataset, own)
     contact = own.sel(ics=best)
     return (
-        f"The largest pressure is {float(contact.p_max):.0f} MPa with {ics_symbol(best)}, at "
-        f"{float(own['shift']):g} mm, {own.side.item()} wheel, where the rail's inclination changes by "
-        f"{float(contact['angle']):.0f} degrees across the patch. The equivalent conicity at "
-        f"{dataset.attrs['amplitude']:g} mm is {conicity.text}."
+        f"The largest pressure is {float(contact.p_max):.0f} MPa with {ics_symbol(best)}, at a shift of "
+        f"{float(own['shift']):g} mm on the {own.side.item()} wheel. The inclination of the rail changes "
+        f"by {float(contact['angle']):.0f} degrees across that patch. The equivalent conicity at an "
+        f"amplitude of {dataset.attrs['amplitude']:g} mm is {conicity.text}."
     )
 
 
@@ -102,12 +106,12 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
     if unusual := json.loads(dataset.attrs["unusual"]):
         yield Section("Unusual contacts", [Items([f"{at} mm: {note}" for at, note in unusual.items()])])
     if (several := each_patch_table(dataset, several=True)) is not None:
-        yield Section("What each patch carries", [several, Note(PATCHES)])
+        yield Section("Load of each patch", [several, Note(PATCHES)])
     if rolls:
         pairs = json.loads(dataset.attrs["by_angle"])
         factors = ", ".join(f"{factor:g} at {angle:g} degrees" for angle, factor in pairs)
         unit = dataset.attrs["friction"] * dataset.attrs["load"] / 1000
-        factor = f" times a factor by the contact angle, {factors}" if pairs else ""
+        factor = f" times a factor that depends on the contact angle: {factors}" if pairs else ""
         note = ROLLING.format(**dataset.attrs, factor=factor, unit=unit)
         yield Section("Creep forces", [figures.forces(dataset), Note(note)])
     yield Section("Where they touch", [figures.places(dataset), Note(PLACES)])
@@ -126,18 +130,20 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
         yield Folded("All contacts: each patch", [patches, Note(PATCHES)])
     if rolls:
         yield Folded("All contacts: creep forces", [rolling_table(dataset), Note(CREEP_FORCES)])
-        yield Folded("All contacts: patches that roll", [rolling_table(dataset, by_area=True), Note(AREAS)])
+        yield Folded(
+            "All contacts: creep forces of each patch", [rolling_table(dataset, by_area=True), Note(AREAS)]
+        )
         yield Folded("All shifts: axle", [wheelset_table(dataset)])
     conicity = Cell(float(dataset.attrs["conicity"]), ".4f").text
     jumps = ", ".join(f"{jump:g}" for jump in np.atleast_1d(dataset.attrs["jumps"])) or "–"
     note = CONICITY.format(conicity, dataset.attrs["conicity_reason"], jumps)
     yield Folded("All shifts: geometry", [geometry_table(dataset), Note(note)])
-    yield Folded("How the profiles were understood", [Items(json.loads(dataset.attrs["notes"]))])
+    yield Folded("How the profiles were read", [Items(json.loads(dataset.attrs["notes"]))])
     yield Folded("All values, given and assumed", [values_table(dataset)])
     time = (
-        "Patches far from each other have a grid each; the share of the load beside the main patch stands "
-        f"below their number. The whole run took {dataset.attrs['seconds']:.0f} s; stored contacts count "
-        "nothing."
+        "Patches that are far apart have separate grids. Below the number of patches stands the fraction "
+        f"of the load that the other patches carry. The whole run took {dataset.attrs['seconds']:.0f} s, "
+        "not counting stored contacts."
     )
     yield Folded("Grids", [grid_table(dataset), Note(time)])
     yield Folded("Specification", [Verbatim(dataset.attrs["specification"])])
@@ -147,8 +153,8 @@ def _load_note(dataset: xr.Dataset) -> str:
     largest = float(dataset.p_max.max())
     strain = largest * finite_strain_shares(largest, float(dataset.attrs["E"]))[0]
     return (
-        f"Vertical load {dataset.attrs['load'] / 1000:g} kN on each wheel. Strains are taken as small: "
-        f"finite ones may change p_max by {strain:.0f} MPa where it is largest."
+        f"Vertical load {dataset.attrs['load'] / 1000:g} kN on each wheel. Strains are assumed small: "
+        f"finite strains may change the largest p_max by {strain:.0f} MPa."
     )
 
 
@@ -178,7 +184,7 @@ def answer_table(dataset: xr.Dataset) -> Table:
     unit = "MPa" if len(quantities) == 1 else ""
     columns = [*heads, Column("p_max" if unit else "value", unit), Column("reference", unit)]
     caption = "p_max by" if unit else "with"
-    return Table(caption, [*columns, Column("differs at most by", "%")], rows)
+    return Table(caption, [*columns, Column("largest difference", "%")], rows)
 
 
 def shifts_within(dataset: xr.Dataset, ics: str, limit: float, quantity: Quantity = P_MAX) -> str:

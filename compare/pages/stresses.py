@@ -24,30 +24,33 @@ from geometries.arrays import Array
 
 
 SECTION = (
-    "“true” and “half-space” have the tractions of the reference, “half-space of A” those of A. "
-    "Von Mises stresses over arc length s (of the lower contour) and depth below each surface, at the x of "
-    "the largest one. Beside the true body: the estimated error of the largest stress component; beside "
-    "half-spaces: their difference to the true body."
+    "“true” is the actual body and “half-space” a half-space, both under the tractions of the reference; "
+    "“half-space of A” carries the tractions of A. The maps show von Mises stress over arc length s (of "
+    "the lower contour) and depth below each surface, at the x where the stress is largest. Beside the "
+    "actual body: the estimated error of the largest stress component. Beside half-spaces: their "
+    "difference from the actual body."
 )
 WEAR = (
-    "Per passage of the contact the rail, per revolution the wheel, loses these depths. Energy: Krause and "
-    "Poll; twin disc: the BRR function of T-gamma over area; Archard: the wear map of KTH. Coefficients are "
-    "those of dry steel in laboratories: ratios between ICs are surer than depths."
+    "The depths are the material lost by the rail per passage and by the wheel per revolution. Energy: "
+    "law of Krause and Poll. Twin disc: BRR function of T-gamma/area. Archard: wear map of KTH. The "
+    "coefficients come from laboratory tests of dry steel, so ratios between ICs are more reliable than "
+    "depths."
 )
 WORN = (
-    "{:g} passages of such wheels wear the rail, {:g} revolutions the wheel, in {} steps or less, by the law "
-    "of energy: after each the contact is solved again with the gap that both have lost. ± is the error by "
-    "the size of steps alone. ICs are those of the new surfaces: once a surface has turned by more than 1°, "
-    "components that vanish on new ones may be off by that angle times C_nn."
+    "The rail wears in {:g} passages and the wheel in {:g} revolutions, by the energy law, in up to {} "
+    "steps. After each step the contact is solved again with the material that both bodies have lost. ± "
+    "is the estimated error from the size of the steps only. The ICs are those of the new surfaces: once "
+    "wear turns a surface by more than 1°, components that vanish on new surfaces may be wrong by that "
+    "angle times C_nn."
 )
 SHAKEDOWN = (
-    "The limit of p_max/k is that of residual stresses without shear along x: exact for lines, a lower "
-    "bound for a patch on one track."
+    "The limit of p_max/k assumes residual stresses without shear along x. It is exact for line contact "
+    "and a lower bound for a patch that runs on one track."
 )
-MILD = "Without damage.speed (--speed) wear by energy is mild everywhere."
+MILD = "Without damage.speed (--speed), the energy law assumes mild wear everywhere."
 FATIGUE = (
-    "Dang Van's equivalent stress (c = {:.3g} in tension, {:.3g} in compression) over the cycle from no "
-    "stress through all x. Fatigue is to be expected where it exceeds the fatigue limit in shear."
+    "Equivalent stress of Dang Van (c = {:.3g} in tension, {:.3g} in compression) for the load cycle of "
+    "one passage, starting without stress. Expect fatigue where it exceeds the fatigue limit in shear."
 )
 SURFACE = 1e-9  # mm: depths below are the surface
 PASSES = {"lower": "passages", "upper": "revolutions"}  # attributes: what wears a body
@@ -69,18 +72,21 @@ def summary(dataset: xr.Dataset) -> str:
         found.append(f"{body} body {number} MPa {place_text(true, 'von_mises')}")
     load, friction, p_max = (dataset.attrs[key] for key in ("load", "friction", "p_max_of_reference"))
     return (
-        f"Largest von Mises stress at {load}, friction {friction:g} (tractions of "
-        f"{reference_symbol(dataset)}, p_max {p_max:.0f} MPa): {'; '.join(found)}."
+        f"Largest von Mises stress at {load} and friction {friction:g}, under the tractions of "
+        f"{reference_symbol(dataset)} with p_max {p_max:.0f} MPa: {'; '.join(found)}."
     )
 
 
 def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
     attributes, symbol = dataset.attrs, reference_symbol(dataset)
     yield Section("", [section_maps(dataset), Note(SECTION)])
-    bands = Note("Bands: the estimated error of the largest stress component in the true body.")
+    bands = Note("Bands: estimated error of the largest stress component in the actual body.")
     yield Section("Into depth", [depth_curves(dataset), bands])
-    yield Section("Along the rolling direction", [plane_maps(dataset)])
-    cycle = Note("Stresses along x, s, n of the surface above, at the place of the largest von Mises stress.")
+    yield Section("Stress along the rolling direction", [plane_maps(dataset)])
+    cycle = Note(
+        "Stress components along x, s and n of the surface above, at the point of the largest "
+        "von Mises stress."
+    )
     yield Section("The load cycle", [load_cycle(dataset), cycle])
     if "dang_van" in dataset:
         c = float(attributes["dang_van_hydrostatic"])
@@ -88,11 +94,12 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
         yield Section("Fatigue below the surface", [fatigue_maps(dataset), note])
     if "ics" in dataset.dims:
         notes = [
-            f"Small, below each number: its difference to that with {symbol}.",
+            f"The small number below is the difference from the number with {symbol}.",
             "" if "speed" in attributes else MILD,
             SHAKEDOWN
             if "yield_stress" in attributes
-            else "With damage.yield_stress (--yield-stress): shakedown and surface index.",
+            else "Give damage.yield_stress (--yield-stress) to obtain shakedown and the surface fatigue "
+            "index.",
         ]
         blocks: list[Block] = [damage_table(dataset), Note(" ".join(filter(None, notes)))]
         yield Section("Wear and surface fatigue by ICs", [*blocks, wear_chart(dataset), Note(WEAR)])
@@ -102,9 +109,9 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
         yield Section("After all passages", [worn_table(dataset), worn_chart(dataset), note])
     lattice = " × ".join(str(dataset.sizes[f"{name}_lower"]) for name in ("x", "s", "depth"))
     method = (
-        f"Tractions of {symbol} load both true bodies (harmonic engine) and half-spaces that are unrolled by "
-        f"arc length, at {lattice} points; largest values are those on these points. All of it took "
-        f"{float(attributes['seconds']):.0f} s."
+        f"The tractions of {symbol} load the two actual bodies (harmonic engine) and half-spaces unrolled "
+        f"along the arc length. Stresses are computed at {lattice} points; the largest values are the "
+        f"largest at these points. The whole run took {float(attributes['seconds']):.0f} s."
     )
     yield Folded("How these numbers are computed", [method])
     yield Folded("Scene file", [Verbatim(str(attributes["scene"]))])
@@ -117,7 +124,7 @@ def place_text(numbers: xr.Dataset, name: str) -> str:
     """Return where a number is largest."""
     s, depth = float(numbers[f"s_{name}"]), float(numbers[f"depth_{name}"])
     x = f"x = {float(numbers[f'x_{name}']):.2g}, " if f"x_{name}" in numbers else ""
-    edge = " (as deep as was computed)" if bool(numbers[f"deepest_{name}"]) else ""
+    edge = " (the deepest point that was computed)" if bool(numbers[f"deepest_{name}"]) else ""
     where = "on the surface" if depth < SURFACE else f"{depth:.2g} mm deep{edge}"
     return f"{where} at {x}s = {s:.2g} mm"
 
@@ -179,7 +186,7 @@ def worn_table(dataset: xr.Dataset) -> Table:
                 value, estimate = worn.sel(ics=name), dataset.estimate_worn.sel(worn_body=body, ics=name)
                 below = "" if name == reference else _change(value / worn.sel(ics=reference) - 1)
                 cells.append(Cell(with_estimate(value, estimate), below=below))
-            rows.append(Row(f"largest depth worn off the {body} body [µm]", cells))
+            rows.append(Row(f"largest wear depth of the {body} body [µm]", cells))
     for variable, symbol in (("worn_p_max", "p_max [MPa]"), ("worn_work", "W [J/m]")):
         values = [dataset[variable].sel(ics=name).values for name in names]
         rows.append(Row(f"{symbol}, new → worn", [" → ".join(f"{v:.4g}" for v in both) for both in values]))
@@ -295,14 +302,14 @@ def section_maps(dataset: xr.Dataset) -> Chart:
         estimate = np.asarray(section.estimate, dtype=float)
         largest = float(np.max(estimate)) if np.all(np.isfinite(estimate)) else 1.0  # without estimates
         for source, mises in values.items():
-            beside = _map(section, "minus the true body", mises - values[TRUE], None)
+            beside = _map(section, "minus the actual body", mises - values[TRUE], None)
             steps[f"{body}, {SHORT[source]}"] = [
                 _map(section, f"x = {float(section.x):.2g} mm", mises, limits),
                 _map(section, "estimated error", estimate, (0.0, largest))
                 if source == TRUE
                 else replace(beside, scale="diverging"),
             ]
-    alt = "von Mises stresses on the section below the contact, and differences to the true body"
+    alt = "von Mises stress on the section below the contact, and differences from the actual body"
     return Chart("section", steps, 2, "body and stresses", 0.9, next(iter(steps)), alt=alt)
 
 
@@ -343,7 +350,7 @@ def depth_curves(dataset: xr.Dataset) -> Chart:
             drawn.append(Panel(title, "depth [mm]", f"{symbol} [MPa]", curves))
         return drawn
 
-    alt = "stresses into depth in the true body and in half-spaces; bands are estimates"
+    alt = "stresses against depth in the actual body and in half-spaces; bands are estimated errors"
     return _by_body(dataset, "depth", alt, 1.0, panels)
 
 
@@ -364,7 +371,7 @@ def load_cycle(dataset: xr.Dataset) -> Chart:
             drawn.append(Panel(title, "x [mm]", "stress [MPa]", curves))
         return drawn
 
-    alt = "stress components along x: the load cycle of a particle as the contact passes"
+    alt = "stress components along x: the load cycle of a material point as the contact passes"
     return _by_body(dataset, "cycle", alt, 1.0, panels)
 
 
@@ -378,7 +385,7 @@ def fatigue_maps(dataset: xr.Dataset) -> Chart:
         limits = min(0.0, float(low)), float(high)
         return [_map(fields, SHORT[source], one, limits) for source, one in values.items()]
 
-    return _by_body(dataset, "fatigue", "Dang Van's equivalent stress", 0.8, maps)
+    return _by_body(dataset, "fatigue", "equivalent stress of Dang Van", 0.8, maps)
 
 
 def wear_chart(dataset: xr.Dataset) -> Chart:
@@ -387,23 +394,31 @@ def wear_chart(dataset: xr.Dataset) -> Chart:
     energy = worn.work_density.sum("x") * float(dataset.x[1] - dataset.x[0])
     panels = [
         *(
-            _along_s(f"worn by a passage: {law}", "depth [nm]", worn.depth.sel(law=law))
+            _along_s(f"wear depth per passage: {law}", "depth [nm]", worn.depth.sel(law=law))
             for law in dataset.law.values
         ),
         _along_s("work of friction along s", "energy [mJ/mm²]", energy),
     ]
-    return Chart("wear", {"": panels}, 2, heights=0.9, alt="depths worn per passage along s by ICs")
+    return Chart(
+        "wear", {"": panels}, 2, heights=0.9, alt="wear depths per passage along s with each of the ICs"
+    )
 
 
 def worn_chart(dataset: xr.Dataset) -> Chart:
     """Return the depths worn off both bodies along s after all passages, with all ICs."""
     worn = dataset.worn.isel(s=(dataset.worn.max(["ics", "worn_body"]) > 0).values)
     panels = [
-        _along_s(f"worn off the {body} body", "depth [µm]", worn.sel(worn_body=body))
+        _along_s(f"wear depth of the {body} body", "depth [µm]", worn.sel(worn_body=body))
         for body in map(str, dataset.worn_body.values)
         if float(worn.sel(worn_body=body).max()) > 0
     ]
-    return Chart("worn", {"": panels}, 2, heights=0.9, alt="depths worn along s after all passages by ICs")
+    return Chart(
+        "worn",
+        {"": panels},
+        2,
+        heights=0.9,
+        alt="wear depths along s after all passages with each of the ICs",
+    )
 
 
 def _along_s(title: str, up: str, values: xr.DataArray) -> Panel:

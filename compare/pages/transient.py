@@ -44,16 +44,17 @@ def parts(dataset: xr.Dataset) -> PageParts:
     reached = range_text(settled, ".3g") if np.isfinite(settled).any() else "–"
     return PageParts(
         summary=(
-            f"From rest over {end} of rolling ({creepages}), F_x with {symbol} is within {NEAR:.0%} of "
-            f"steady rolling from {reached} mm on."
+            f"The wheel starts from rest and rolls {end} ({creepages}). With {symbol}, F_x stays within "
+            f"{NEAR:.0%} of steady rolling after {reached} mm."
         ),
         answer=answer(dataset),
         note=(
-            f"{load_text(dataset)}, from rest on. Dotted: steady rolling with the same ICs; grey: friction "
-            f"times load. Band: estimate of {symbol}. Small forces are not drawn."
+            f"{load_text(dataset)}, starting from rest. Dotted: steady rolling with the same ICs. Grey: "
+            f"friction times load. Band: estimated error of {symbol}. Small forces are not drawn."
         ),
         contact=f"After {end}.",
-        work="Minus traction times slip in the last step, per unit of rolled distance and area.",
+        work="Work of friction in the last step, per unit of rolled distance and area (minus traction "
+        "times slip).",
         steady=STEADY,
     )
 
@@ -83,10 +84,10 @@ def answer(dataset: xr.Dataset) -> Table:
         ]
         rows.append(Row(ics_symbol(name), cells))
     columns = [
-        Column(f"F_x in the end, friction {friction:g}", force.unit),
+        Column(f"F_x at the end, friction {friction:g}", force.unit),
         Column("F_x, steady rolling", force.unit),
         Column(f"within {NEAR:.0%} of steady rolling from", "mm"),
-        Column(f"largest distance from {symbol}, any friction", difference_unit(dataset)),
+        Column(f"largest difference from {symbol}, any friction", difference_unit(dataset)),
     ]
     return Table("ICs", columns, rows)
 
@@ -121,11 +122,11 @@ def growth(dataset: xr.Dataset) -> Chart:
     def panels(contacts: xr.Dataset) -> list[Panel]:
         cells = [panel(contacts, name) for name in forces]
         if compared_ics(dataset):
-            title = f"F_x minus the one with {reference_symbol(dataset)}"
+            title = f"F_x minus F_x with {reference_symbol(dataset)}"
             cells.insert(1, difference_panel(dataset, contacts, title))
         return [*cells, panel(contacts, "sliding_share")]
 
-    alt = "forces and sliding area over the rolled distance by ICs"
+    alt = "forces and sliding area against rolled distance with each of the ICs"
     columns, heights = (2, 0.8) if len(forces) > 1 else (3, 1.2)
     return by_friction(dataset, "growth", panels, columns, heights, alt)
 

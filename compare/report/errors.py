@@ -9,18 +9,18 @@ from compare.report.tables import ROUNDING, Cell, Row
 
 VANISHING = " †"  # marks errors of components that vanish: shares of 0.05 max |C_nn|
 MEASURE = (
-    "Error of a component: max |v − C| over a line, as a share of the component itself: of max |C_ij| over "
-    "the points of all lines, four elements from the load and further (nearer: over all points). Small, "
-    "below it: the weight, the same difference as a share of max |C_nn| on the line; it says what the error "
-    "can do to displacements. “Vanishes”: C_ij is zero by symmetry, or smaller than ten times its own "
-    "estimated error; a variant is then tested as a zero, and its number, with †, is a share of 0.05 max "
-    "|C_nn| there. “0”: rounding."
+    "The error of a component is max |v − C| over a line, relative to the component itself: to max |C_ij| "
+    "over all lines at four or more elements from the load (for nearer points: over all points). The "
+    "small number below is the weight: the same difference relative to max |C_nn| on the line. It shows "
+    "how much the error affects displacements. “Vanishes”: C_ij is zero by symmetry, or smaller than ten "
+    "times its own estimated error. An approximation is then compared with zero, and its number (†) is "
+    "relative to 0.05 max |C_nn|. “0”: rounding error only."
 )
-ERRORS_HEADING = "Worst error of the {} influence coefficients against C"
+ERRORS_HEADING = "Largest error of the {} influence coefficients against C"
 REDDEST = 0.55  # opacity of the background of the worst errors
 COMPONENTS = (
-    "Components: displacement, then traction; x along the rolling direction, s along the contour, n normal, "
-    "from the lower into the upper body."
+    "A component names the displacement, then the traction. x is the rolling direction, s follows the "
+    "contour, n is the normal from the lower into the upper body."
 )
 
 

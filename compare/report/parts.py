@@ -161,7 +161,7 @@ def onset(angles: ArrayLike, beyond: ArrayLike) -> str:
     not_again = [f"{angle:.0f}" for angle in at[first:][~is_so[first:]]]
     return " ".join(
         [
-            f"from {where} on" if first else f"already at {where}, the least that was solved",
+            f"above a limit {where}" if first else f"already at {where}, the smallest angle solved",
             *([f"(not at {join_words(not_again)})"] if not_again else []),
         ]
     )
@@ -211,5 +211,5 @@ def write_index(folder: Path) -> Path | None:
     if not rows:
         return None
     table = Table("folder", texts("page", "title", "written"), rows)
-    sentence = "Results in this folder, the newest first. Each page is one file: it may be moved and sent."
+    sentence = "Results in this folder, newest first. Each page is a single file that you can move or send."
     return write_page(Page("femic: results", sentence, [Section("", [table])]), folder / INDEX)

@@ -161,7 +161,7 @@ def _draw_four_panels(plotter: Plotter, loaded: LoadedBody, title: str) -> None:
     deformed = skin.warp_by_vector("displacement", factor=factor)
     _add_coloured(plotter, deformed, "size", "displacement\n[mm/N]\n")
     _add_frame(plotter, loaded, rim)
-    _set_view(plotter, loaded, skin, f"displacements, drawn {factor:,.0f} times as large")
+    _set_view(plotter, loaded, skin, f"displacements, enlarged {factor:,.0f} times")
     plotter.subplot(1, 1)
     _add_coloured(plotter, skin, "von_mises", "von Mises\n[MPa/N]\n")
     _add_frame(plotter, loaded, rim)

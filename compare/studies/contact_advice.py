@@ -16,7 +16,7 @@ from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene
 
 BUDGET = 600.0  # s
-OF_ICS_ALONE = "That is the error of the ICs; the contact estimates that of its elements itself."
+OF_ICS_ALONE = "This is the error from the ICs only; `femic contact` estimates the error from the elements."
 Expect = Callable[[ContactProblem, Sequence[str]], Expectation | None]  # None: outside of what is known
 
 
@@ -40,7 +40,7 @@ def advise_contact(
         expectation = expect(scene.contact_problem, question.names)
         if expectation is not None and (advice := expected_advice(scene, question, expectation)):
             return advice, None
-        options.watch.on_stage("what is known of similar contacts does not decide: C is solved")
+        options.watch.on_stage("similar contacts do not settle the question, so C is computed")
     tightest = max(question.tolerance / REFERENCE_FACTOR, TIGHTEST)
     frontier = compute_contact_frontier(
         base, question.names, options, given, budget=budget, tightest=tightest, as_shares=True
@@ -67,9 +67,11 @@ def expected_advice(scene: Scene, question: Question, expectation: Expectation) 
     label = f"contact.ics = [{closest!r}]"
     known = [expectation.describe(closest, number) for number in question.names]
     if simplest != closest:
-        known.append(f"{ics_symbol(simplest)} is good enough, too: expected within {bounds[simplest]:.1%}.")
+        known.append(
+            f"{ics_symbol(simplest)} is also accurate enough: expected error at most {bounds[simplest]:.1%}."
+        )
     text = (
-        f"Use {label}: {', '.join(question.names)} expected within {bounds[closest]:.2%} (tolerance "
+        f"Use {label}: {', '.join(question.names)} expected error at most {bounds[closest]:.2%} (tolerance "
         f"{question.tolerance:.2%}). {' '.join([*known, OF_ICS_ALONE])}"
     )
     return Advice(question, closest, {"contact": {"ics": [closest]}}, bounds[closest], text, label=label)

@@ -153,14 +153,14 @@ def compute_contact_frontier(
     for want in wants if as_shares else ():
         known = [error_scale(want, numbers).notnull().any() for numbers in solver.solved.values()]
         if known and not any(known):
-            raise vanishing(want.name, "its estimate with any approximation")
+            raise vanishing(want.name, "its estimated error with any approximation")
     first: dict[tuple[int, frozenset[str]], Method] = {}
     for method in methods:
         if not np.isnan(method.tolerance):
             models = first_models(scene, method.tolerance, solver.grids_of_c(method), options)
             looser = first.setdefault((method.elements, models), method)
             if looser is not method:
-                skipped[method.name] = f"begins with the same cells as {looser.name}"
+                skipped[method.name] = f"starts with the same cells as {looser.name}"
     others = [*first.values(), *(method for method in methods if method.kind == MAP_OF_C)]
     skipped |= solver.solve([[method] for method in others], budget)
     references = {method: solver.solved[method] for method in first.values() if method in solver.solved}

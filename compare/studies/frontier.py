@@ -109,7 +109,7 @@ def require_reference(found: object, skipped: Mapping[str, str], budget: float) 
     """Raise Failure without any C to measure errors against."""
     if not found:
         reasons = "; ".join(f"{name}: {reason}" for name, reason in skipped.items())
-        raise Failure(f"no reference C within the budget of {budget:g} s ({reasons}): give a larger --budget")
+        raise Failure(f"no reference C within the budget of {budget:g} s ({reasons}); give a larger --budget")
 
 
 def way_coordinates(methods: Iterable[Method]) -> dict[str, Any]:
@@ -219,7 +219,7 @@ class Question:
     def __post_init__(self) -> None:
         """Validate."""
         if not self.names:
-            raise WrongInput("--want: name one number or more, such as p_max,F_x")
+            raise WrongInput("--want: name at least one number, such as p_max,F_x")
         if not 0 < self.tolerance <= 1:
             raise WrongInput(f"--tolerance {self.tolerance:g}: must be above 0 and at most 1")
 
@@ -262,19 +262,21 @@ def advise(dataset: xr.Dataset, question: Question) -> Advice:
     number = cheapest(errors.bound.values, errors.seconds.values, tolerance)
     if number < 0:
         nearest = errors.isel(way=int(np.argmin(np.nan_to_num(errors.bound.values, nan=np.inf))))
-        known = f"no way meets {tolerance:g}: the best, {nearest.way.item()}, "
+        known = f"no choice of ICs meets the tolerance {tolerance:g}. The best, {nearest.way.item()}, "
         if about_ics:
             raise Failure(
-                f"{known}has errors up to {nearest.bound.item():.2g}: give a larger tolerance, or fewer "
+                f"{known}has errors up to {nearest.bound.item():.2g}. Give a larger tolerance or fewer "
                 "components"
             )
         skipped = json.loads(dataset.attrs.get("skipped", "{}"))
         left_out = [name for name, reason in skipped.items() if BEYOND_BUDGET in reason]
-        more = f"; or a larger --budget, which left out {', '.join(left_out)}" if left_out else ""
+        more = (
+            f", or a larger --budget; the present budget excluded {', '.join(left_out)}" if left_out else ""
+        )
         raise Failure(
-            f"{known}is known to {nearest.bound.item():.2g} in {nearest.number.item()} at "
-            f"{case_text(dataset, nearest.case.item())} (the reference, {best}, has an estimate of "
-            f"{nearest.floor.item():.2g} there): give a larger tolerance, fewer numbers, or more "
+            f"{known}has an error of up to {nearest.bound.item():.2g} in {nearest.number.item()} at "
+            f"{case_text(dataset, nearest.case.item())} (estimated error of the reference, {best}, there: "
+            f"{nearest.floor.item():.2g}). Give a larger tolerance, fewer numbers, or more "
             f"contact.elements{more}"
         )
     way = errors.isel(way=number)
@@ -282,10 +284,10 @@ def advise(dataset: xr.Dataset, question: Question) -> Advice:
     if about_ics:
         label, changes = str(way.label.item()), dict[str, Any]()
         vanishes = dataset.vanishes.sel(body=question.body, component=way.number.item()).item()
-        note = "; it vanishes in C, so that is a share of 0.05 C_nn" if vanishes else ""
+        note = "; it vanishes in C, so its error is relative to 0.05 C_nn" if vanishes else ""
         text = (
-            f"Use {label}: {question.body} ICs to {bound:.2%} of a component (tolerance {tolerance:.2%}). "
-            f"Worst: {way.number.item()}{note}."
+            f"Use {label}: the {question.body} ICs have errors up to {bound:.2%} of a component (tolerance "
+            f"{tolerance:.2%}). Largest error: {way.number.item()}{note}."
         )
     else:
         elements, tolerance_of_c = way.elements.item(), way.tolerance.item()
@@ -295,18 +297,19 @@ def advise(dataset: xr.Dataset, question: Question) -> Advice:
             changes["engine"] = {"tolerance": tolerance_of_c}
             settings.append(f"engine.tolerance = {tolerance_of_c:g}")
         label = " with ".join(filter(None, [f"contact.ics = [{ics!r}]", " and ".join(settings)]))
-        how = "by its own estimate" if name == best else f"measured against {best}"
+        how = "its own estimated error" if name == best else f"measured against {best}"
         judged, points = (dataset[count].sum("case") for count in ("judged", "points"))
         counts = {
             one: (judged.sel(number=one).item(), points.sel(number=one).item()) for one in question.names
         }
         text = " ".join(
             [
-                f"Use {label}: {', '.join(question.names)} to {bound:.2%} (tolerance {tolerance:.2%}).",
-                f"Worst: {way.number.item()} at {case_text(dataset, way.case.item())}, {how}.",
+                f"Use {label}: {', '.join(question.names)} with an error of at most {bound:.2%} (tolerance "
+                f"{tolerance:.2%}).",
+                f"Largest error: {way.number.item()} at {case_text(dataset, way.case.item())}, {how}.",
                 *(
-                    f"{one} is judged at {known} of {all_points} points: elsewhere it is below ten times the "
-                    "estimate of the reference."
+                    f"The error of {one} is evaluated at {known} of {all_points} points; elsewhere it is "
+                    "smaller than ten times the estimated error of the reference."
                     for one, (known, all_points) in counts.items()
                     if known < all_points
                 ),
@@ -318,10 +321,12 @@ def advise(dataset: xr.Dataset, question: Question) -> Advice:
 def vanishing(name: str, least: str) -> Failure:
     """Return what is raised where a number is nowhere large enough for errors that are shares of itself."""
     instead = (
-        f"want {name}/limit, a share of friction times load" if name.startswith("F_") else "leave it out"
+        f"want {name}/limit, which is relative to friction times load"
+        if name.startswith("F_")
+        else "leave it out"
     )
     return Failure(
-        f"{name}: nowhere does it exceed ten times {least}, so its errors are no shares of itself: {instead}"
+        f"{name}: it nowhere exceeds ten times {least}, so it has no meaningful relative error; {instead}"
     )
 
 
@@ -337,13 +342,16 @@ def case_text(dataset: xr.Dataset, case: str | float) -> str:
 
 
 BODY_AND_SOLVER = ("far_radius", "half_length", "solver")  # keys that remain for an engine of the same kind
-VANISHES = "C vanishes: by symmetry, or below ten times its estimate; errors are shares of 0.05 max |C_nn|"
+VANISHES = (
+    "C vanishes by symmetry, or is smaller than ten times its estimated error; errors are relative "
+    "to 0.05 max |C_nn|"
+)
 RETRY_FACTOR = 10.0  # times tighter is the next C, if one leaves open whether a component vanishes
 REFERENCE_FACTOR = 4  # how many times tighter than the tolerance the reference C is
 MEANINGS = {
-    "error": "worst deviation from the best C; of that: estimate",
-    "weight": "the same, share of max |C_nn| on a line",
-    "estimate": "its own estimate of its error; 0: none",
+    "error": "largest deviation from the best C; for the best C: its estimated error",
+    "weight": "the same, relative to max |C_nn| on a line",
+    "estimate": "its own estimated error; 0: none",
 }
 
 
@@ -534,7 +542,7 @@ def choose(base: str, question: Question, options: RunOptions = DEFAULT) -> Advi
     """
     request, frontier = frontier_for(base, question, options)
     advice = advise(frontier, question)
-    text = f"{advice.text} Errors are measured on the scene's lines, at its patch."
+    text = f"{advice.text} The errors were measured on the lines of the scene, with its patch."
     engines = {method.name: method.changes["engine"] for method in request.methods}
     changes = {"engine": request.engine(base, engines[advice.way])} if advice.way in engines else {}
     return replace(advice, text=text, changes=changes)

@@ -256,9 +256,9 @@ class Ladder:
 
 HALF = 0.5  # of friction times load: the force with C at the first creepage
 ROLLING_NUMBERS = {
-    "half": "F_x where C has half of friction times load, as a share of friction times load",
-    "free": "F_x where C rolls freely, as a share of friction times load",
-    "sliding": "sliding share of the patch where F_x with C is half of friction times load",
+    "half": "error of F_x where F_x with C is half of friction times load, relative to friction times load",
+    "free": "error of F_x at the creepage where F_x with C is zero, relative to friction times load",
+    "sliding": "sliding part of the patch where F_x with C is half of friction times load",
 }
 
 

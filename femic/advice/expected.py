@@ -51,14 +51,16 @@ class Expectation:
     def describe(self, ics: str, number: str) -> str:
         """Return what is expected of one number with some ICs, from what, and how often that was right."""
         if (ics, number) not in self.bounds:
-            return f"No errors of {number} with {ics} are known."
+            return f"No errors of {number} with {ics} are on record."
         low, high = self.bounds[ics, number].low, self.bounds[ics, number].high
         expected = f"to {100 * high:.1f} %" if np.isfinite(high) else "% or more"
         held, tested = self.knowledge.held.count(ics, self.studied[number])
-        how_often = f"such bounds held in {held} of {tested} random scenes" if tested else "not tested"
+        how_often = (
+            f"bounds of this kind held in {held} of {tested} random scenes" if tested else "not tested"
+        )
         return (
-            f"By the {self.knowledge.rule.nearest} most similar of {len(self.knowledge.scenes)} known scenes "
-            f"{number} with {ics} is off by {100 * low:.1f} {expected}; {how_often}."
+            f"Expected error of {number} with {ics}, from the {self.knowledge.rule.nearest} most similar "
+            f"of {len(self.knowledge.scenes)} solved scenes: {100 * low:.1f} {expected}; {how_often}."
         )
 
 
@@ -81,10 +83,10 @@ def expect(
             coefficients = friction.coefficients if friction else (0.0,)
             cases += [(features | {"friction": coefficient}, size) for coefficient in coefficients]
     except Failure as failure:
-        log.info(f"{problem.name}: nothing known: {failure}")
+        log.info(f"{problem.name}: no advice from solved scenes: {failure}")
         return None
     if reasons := _reasons(problem, cases, want, knowledge):
-        log.info(f"{problem.name}: outside of known scenes: {'; '.join(reasons)}")
+        log.info(f"{problem.name}: outside the range of the solved scenes: {'; '.join(reasons)}")
         return None
     spanned = True  # creepages reach as far as those studied; of fewer, the largest error may be smaller
     if friction is not None:
@@ -164,7 +166,7 @@ def _reasons(
         "a lateral force": specification.lateral_force is not None,
         "an extra gap": specification.extra_gap is not None,
         "lateral creepage or spin": friction and (friction.lateral or friction.spin),
-        "friction by the contact angle": friction and friction.friction_by_angle,
+        "friction that depends on the contact angle": friction and friction.friction_by_angle,
         **{
             f"the outline of the {name} body": body.outline is not None
             for name, body in problem.bodies.items()
@@ -176,7 +178,7 @@ def _reasons(
         reasons += ["several patches"] if size.smallest is not None else []
         reasons += knowledge.outside(features, friction=friction is not None)
         reasons += [
-            f"curvature of the {name} contour that jumps within the patch"
+            f"a jump in the curvature of the {name} contour within the patch"
             for name, body in problem.bodies.items()
             if any(size.s[0] < jump < size.s[1] for jump in body.contour.jumps)
         ]

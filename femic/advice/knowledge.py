@@ -50,18 +50,23 @@ class Feature:
 
 
 FEATURES: Mapping[str, Feature] = {
-    "angle": Feature("the angle by which the patch turns", 0.15, "deg", logarithmic=True),
-    "middle": Feature("the inclination at its middle", 15.0, "deg"),
+    "angle": Feature("the angle by which the surface turns across the patch", 0.15, "deg", logarithmic=True),
+    "middle": Feature("the inclination at the middle of the patch", 15.0, "deg"),
     "aspect": Feature("its aspect a/b", 0.7, logarithmic=True),
     "unlike": Feature("the relative difference of the bodies' curvatures", 1.0, logarithmic=True),
-    "varying": Feature("the curvature at its ends over that at its middle", 0.5, logarithmic=True),
-    "beyond": Feature(
-        "the inclination of the flatter flank beyond its ends, less that of the end", 25.0, "deg"
+    "varying": Feature(
+        "the ratio of the curvatures at the ends and at the middle of the patch", 0.5, logarithmic=True
     ),
-    "modulus": Feature("the modulus of the upper over that of the lower body", 0.5, logarithmic=True),
+    "beyond": Feature(
+        "the inclination of the flatter flank beyond the patch, minus the inclination at the end of the "
+        "patch",
+        25.0,
+        "deg",
+    ),
+    "modulus": Feature("the modulus ratio of the upper to the lower body", 0.5, logarithmic=True),
     "nu_lower": Feature("Poisson's ratio of the lower body", 0.15),
     "nu_upper": Feature("Poisson's ratio of the upper body", 0.15),
-    "long": Feature("a over the rolling radius", 1.5, logarithmic=True),
+    "long": Feature("the ratio of a to the rolling radius", 1.5, logarithmic=True),
     "friction": Feature("the coefficient of friction", 0.25, only_with_friction=True),
 }
 

@@ -52,9 +52,7 @@ def write_dataset(dataset: xr.Dataset, path: Path) -> Path:
         with xr.open_dataset(unfinished, engine="h5netcdf") as written:
             wrong = [str(name) for name in dataset.variables if not dataset[name].equals(written[name])]
         if wrong:
-            raise Failure(
-                f"{path}: {', '.join(wrong)} of it cannot be read back as written: is the disk sound?"
-            )
+            raise Failure(f"{path}: {', '.join(wrong)} cannot be read back as written; check the disk")
     return path
 
 

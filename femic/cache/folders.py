@@ -18,7 +18,7 @@ OTHER = "rename it, or name another folder"
 def check(folder: Path) -> Path:
     """Return a folder; raises WrongInput if it, or a name in it that results need, is taken."""
     if folder.exists() and not folder.is_dir():
-        raise WrongInput(f"--out {folder}: is a file; name a folder")
+        raise WrongInput(f"--out {folder}: this is a file; name a folder")
     for path in (folder / name for name in FOLDERS):
         if path.is_file():
             raise WrongInput(f"--out {folder}: {path.name} in it is a file, not a folder of results: {OTHER}")
@@ -54,8 +54,8 @@ def locked(folder: Path) -> Iterator[Path]:
         lock.acquire(timeout=0)
     except Timeout as error:
         raise Failure(
-            f"{folder}: another femic writes there: wait for its end, or give another folder (--out); both "
-            "may share a store (--store)"
+            f"{folder}: another femic run writes there. Wait until it ends, or give another folder "
+            "(--out); the runs can share a store (--store)"
         ) from error
     except (OSError, NotImplementedError) as error:
         raise _not_usable(folder, error) from error
@@ -75,4 +75,4 @@ def require_usable(folder: Path) -> Path:
 
 def _not_usable(folder: Path, error: Exception) -> WrongInput:
     reason = error.strerror if isinstance(error, OSError) else str(error)
-    return WrongInput(f"--out {folder}: nothing can be written there ({reason}): name another folder")
+    return WrongInput(f"--out {folder}: cannot write there ({reason}): name another folder")

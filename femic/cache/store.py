@@ -122,7 +122,7 @@ class Store:
             return None
         content, digest = stored[:-DIGEST_SIZE], stored[-DIGEST_SIZE:]
         if digest != _digest(name, content):
-            log.warning(f"{path}: damaged, or another entry; it is computed again")
+            log.warning(f"{path}: damaged, or a different entry; it will be computed again")
             return None
         try:
             return parse(BytesIO(content))
@@ -148,7 +148,7 @@ class Store:
             self._fs.mv(temporary, path)
         except OSError as error:
             self.problem = str(error) or type(error).__name__
-            log.warning(f"store {self.location}: {error}: going on without storing further models")
+            log.warning(f"store {self.location}: {error}; femic continues without storing further models")
             self._remove(f"{name}{temporary.removeprefix(path)}")
 
     def _remove(self, name: str) -> None:

@@ -131,8 +131,9 @@ class Processes:
             yield from in_order(self._pool, function, arguments, AHEAD * self._workers)
         except BrokenProcessPool as error:
             raise Failure(
-                f"one of {self._workers} worker processes ended without an answer. It was killed, most "
-                "likely for memory: use fewer (`workers` = 1) or a larger `tolerance`. What is stored is kept"
+                f"one of {self._workers} worker processes ended without a result. Most likely the system "
+                "killed it because memory ran out. Use fewer workers (`workers` = 1) or a larger "
+                "`tolerance`. Stored results are kept"
             ) from error
 
 

@@ -34,19 +34,20 @@ with lazy_imports():
 def contact(
     *scene: Annotated[str, Parameter(help="built-in name (see `femic scenes`) or TOML file")],
     ics: Annotated[
-        str | None, Parameter(help="such as A,B,Bhat,C: which ICs to solve it with; default: the scene's")
+        str | None,
+        Parameter(help="ICs to solve the contact with, such as A,B,Bhat,C; default: those of the scene"),
     ] = None,
     work: Work = DEFAULT_WORK,
 ) -> None:
-    """Solve the contact of scenes with several ICs, without or with friction; write contact.nc and a report.
+    """Solve the contact of scenes with several ICs, with or without friction; write contact.nc and a report.
 
-    `contact.motion` of a scene is none without friction, else steady or transient rolling, or compression.
-    With ics = "auto" and `want` it is solved with the cheapest ICs that are good enough.
-    For two frictionless scenes or more, maps show where A and B-hat differ under pressures of one on the
+    The key `contact.motion` of a scene chooses contact without friction, steady or transient rolling, or
+    compression. With ics = "auto" and `want`, femic uses the cheapest ICs that meet the tolerance. For two or
+    more frictionless scenes, maps show where A and B-hat differ if the pressures of one scene act on the
     patch of another.
     """
     if not scene:
-        raise WrongInput("SCENE: name one scene or more, such as wide tall")
+        raise WrongInput("SCENE: name at least one scene, such as wide tall")
     changes = None
     if ics:  # files of maps are relative to the working directory
         own = [MAP + str(Path(n.removeprefix(MAP)).absolute()) if is_map(n) else n for n in ics.split(",")]
@@ -103,11 +104,11 @@ def fe_contact(
     scene: SceneName,
     *,
     cells: Annotated[
-        float, Parameter(help="of the finest mesh, along the patch's shorter half-length")
+        float, Parameter(help="number of cells of the finest mesh along the shorter half-length of the patch")
     ] = CELLS,
     work: Work = DEFAULT_WORK,
 ) -> None:
-    """Solve the contact of a scene by finite elements, without ICs, and compare contact with its ICs to it.
+    """Solve the contact of a scene by finite elements, without ICs, and compare it with contact by ICs.
 
     Writes fe_contact.nc and fe_contact.html, and contact.html with both. A load takes minutes and gigabytes;
     finished loads are stored.
@@ -131,41 +132,48 @@ def stresses(
     scene: SceneName,
     *,
     ics: Annotated[
-        str | None, Parameter(help="such as A,Bhat,C: which ICs to solve it with; default: contact.ics")
+        str | None, Parameter(help="ICs to solve the contact with, such as A,Bhat,C; default: contact.ics")
     ] = None,
     friction: Annotated[
         float | None,
-        Parameter(help="coefficient of friction; default: stresses.friction, or the largest of the scene"),
+        Parameter(help="friction coefficient; default: stresses.friction, or the largest of the scene"),
     ] = None,
     force: Annotated[
         float | None,
         Parameter(
-            help="of rolling: F_x / (friction load), -1 ... 1; default: stresses.force, or "
+            help="rolling only: F_x / (friction load), -1 ... 1; default: stresses.force, or "
             "contact.equal_force"
         ),
     ] = None,
     fineness: Annotated[
-        float | None, Parameter(help="of the models of both bodies; default: stresses.fineness")
+        float | None, Parameter(help="fineness of the models of both bodies; default: stresses.fineness")
     ] = None,
     yield_stress: Annotated[
         float | None,
-        Parameter(help="in tension [MPa], for shakedown and surface fatigue; default: damage.yield_stress"),
+        Parameter(
+            help="yield stress in tension [MPa], for shakedown and surface fatigue; default: "
+            "damage.yield_stress"
+        ),
     ] = None,
     hardness: Annotated[
-        float | None, Parameter(help="[MPa], for wear by Archard; needs --speed; default: damage.hardness")
+        float | None,
+        Parameter(
+            help="hardness of the softer surface [MPa], for Archard wear; needs "
+            "--speed; default: damage.hardness"
+        ),
     ] = None,
     speed: Annotated[
         float | None,
-        Parameter(help="of rolling [m/s], for wear laws that depend on it; default: damage.speed"),
+        Parameter(help="rolling speed [m/s], for wear laws that depend on it; default: damage.speed"),
     ] = None,
     work: Work = DEFAULT_WORK,
 ) -> None:
     """Compute the stresses under the contact of a scene in both bodies; write stresses.nc and a report.
 
     Contact is solved as by `femic contact`: without friction at the largest load, in rolling at one force, in
-    compression at the last load. The tractions of C (without it of B-hat, or the last ICs) load the true
-    bodies and half-spaces. Of rolling, the report has wear and fatigue numbers by each of the ICs.
-    Options take the place of keys of the tables [contact], [stresses] and [damage] of the scene.
+    compression at the last load. The tractions of C load the actual bodies and half-spaces; without C, those
+    of B-hat or of the last ICs. For rolling, the report has wear and fatigue numbers with each of the ICs.
+    Options override keys of the tables [contact], [stresses] and [damage] of the scene.
     """
     changes = option_changes(
         ics=ics,

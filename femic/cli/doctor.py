@@ -33,7 +33,7 @@ OK, NO, LACKING = Text("ok", "green"), Text("no", "red"), Text("–", "yellow")
 
 
 def doctor() -> None:
-    """Check libraries, versions, import names, and two results with known values; takes some 10 s."""
+    """Check libraries, versions, import names and two known results; takes about 10 s."""
     console = terminal()
     wrong = []
     table = Table(box=None, pad_edge=False, show_header=False)
@@ -46,7 +46,7 @@ def doctor() -> None:
                 wrong.append(finding.name)
     console.print(table)
     if wrong:
-        raise Failure(f"this installation is not in order: {', '.join(wrong)}")
+        raise Failure(f"this installation has problems: {', '.join(wrong)}")
     console.print("This installation is in order.")
 
 
@@ -88,7 +88,9 @@ def findings() -> Iterator[Finding]:
     else:
         yield Finding("Gmsh", True, f"loads ({gmsh.__version__})")
     drawn = views.can_render()
-    text = "draws without a screen" if drawn else "cannot draw without a screen: no 3D pictures for paper"
+    text = (
+        "draws without a screen" if drawn else ("cannot draw without a screen: no 3D pictures for printing")
+    )
     yield Finding("3D pictures", drawn, text, "apt-get install libegl1", matters=False)
     for test in SELF_TESTS:
         yield self_test(*test)
@@ -125,7 +127,7 @@ def import_name(name: str) -> Finding:
     elsewhere = place.parent.resolve() != own.resolve()
     text = str(place) + (f", also of the package {', '.join(others)}" if others else "")
     cause = ", ".join(others) or "something else"
-    remedy = f"{cause} installs the same name: give femic a virtual environment of its own"
+    remedy = f"{cause} installs the same name: install femic in a separate virtual environment"
     return Finding(f"import {name}", not elsewhere and not others, text, remedy)
 
 

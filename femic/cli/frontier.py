@@ -26,9 +26,15 @@ Wanted = Annotated[
     Parameter(help="numbers of the contact, such as p_max,F_x (see docs/decide/frontier.md)"),
 ]
 Components = Annotated[
-    str | None, Parameter(help="ICs by themselves, such as nn,sn; default: all that the scene compares")
+    str | None,
+    Parameter(
+        help="components of the ICs instead of contact numbers, such as nn,sn; default: "
+        "all components of the scene"
+    ),
 ]
-Budget = Annotated[float, Parameter(help="seconds; ways that would take longer are skipped and listed")]
+Budget = Annotated[
+    float, Parameter(help="time limit in seconds; choices that would take longer are skipped and listed")
+]
 
 
 def frontier(
@@ -40,10 +46,10 @@ def frontier(
     budget: Budget = 600.0,
     work: Work = DEFAULT_WORK,
 ) -> None:
-    """Compare errors and seconds of all ways to a contact, or to the ICs of a scene; write a report.
+    """Compare all choices of ICs for a scene, error against time; write a report.
 
-    Of a scene with loads, the contact with all ICs, on coarser and finer grids: errors of what is wanted, by
-    default of all numbers. With `--components`, and of other scenes: the ICs by themselves.
+    For a scene with loads: the contact with all ICs, on coarser and finer grids, and the errors of the wanted
+    numbers (default: all). With `--components`, or for a scene without loads: the errors of the ICs.
     """
     loaded = load_scene(scene)
     names = _wanted(loaded, want, components)
@@ -71,9 +77,7 @@ def _wanted(scene: Scene, want: str | None, components: str | None) -> tuple[str
     Raises WrongInput where both are named.
     """
     if want is not None and components is not None:
-        raise WrongInput(
-            "--want, --components: numbers of the contact, or ICs by themselves: give one of them"
-        )
+        raise WrongInput("--want, --components: give either contact numbers or components of the ICs")
     if want is not None:
         return tuple(name.strip() for name in want.split(","))
     if components is not None or not wants.wants_of(scene.contact):
@@ -88,26 +92,27 @@ def advise(
     want: Wanted = None,
     components: Components = None,
     body: Annotated[
-        BodyName | None, Parameter(help="of ICs by themselves; default: the first that the scene compares")
+        BodyName | None,
+        Parameter(help="body, for components of the ICs; default: the first body that the scene compares"),
     ] = None,
     solve: Annotated[
-        bool, Parameter(help="solve C also where what is known of similar contacts would decide", negative="")
+        bool, Parameter(help="compute C even if similar contacts would settle the question", negative="")
     ] = False,
     tolerance: Annotated[
         float | None,
-        Parameter(help="largest error, share of what the table says; default: ics_tolerance of the scene"),
+        Parameter(help="largest relative error; default: ics_tolerance of the scene"),
     ] = None,
     budget: Budget = 600.0,
     work: Work = DEFAULT_WORK,
 ) -> None:
-    """Name the cheapest ICs that are good enough, with reasons.
+    """Name the cheapest ICs that meet the tolerance, with reasons.
 
-    Of a scene with loads, for numbers of its contact: p_max, and in rolling F_x, unless others are wanted.
-    With `--components` or `--body`, and of other scenes, for the ICs by themselves. C is solved only where
-    what is known of similar contacts does not decide.
+    For a scene with loads, the tolerance applies to contact numbers: p_max, and F_x in rolling, unless you
+    name others. With `--components` or `--body`, or for a scene without loads, it applies to the ICs. C is
+    computed only if similar contacts do not settle the question.
     """
     if want is not None and body is not None:
-        raise WrongInput("--want, --body: a body is one of ICs by themselves: leave one of both out")
+        raise WrongInput("--want, --body: --body applies to components of the ICs; leave one of the two out")
     loaded = load_scene(scene)
     largest = loaded.ics_tolerance if tolerance is None else tolerance
     names = None if body is not None else _wanted(loaded, want, components)

@@ -37,34 +37,34 @@ COMMANDS = {  # by name: module and function, and the help text
     "matrix": ("matrix:matrix", "Compute the IC matrix on a grid: all lags and strips."),
     "contact": (
         "contact:contact",
-        "Contact with several ICs, without or with friction: pressures, patches, cost.",
+        "Contact with several ICs, with or without friction: pressures, patches, creep forces.",
     ),
     "stresses": (
         "contact:stresses",
-        "Stresses under a contact inside both bodies; wear and fatigue numbers of rolling.",
+        "Stresses inside both bodies under a contact; wear and fatigue of rolling contacts.",
     ),
     "shifts": (
         "shifts:shifts",
-        "A wheelset on its track at many lateral shifts: which ICs are good enough where.",
+        "Contact of a wheelset on its track at many lateral shifts, with several ICs.",
     ),
-    "sweep": ("sweep:sweep", "Many scenes: keys swept over ranges, on all cores or a Dask cluster."),
+    "sweep": ("sweep:sweep", "Compute many scenes with varied keys, on all cores or on a Dask cluster."),
     "fe-contact": (
         "contact:fe_contact",
-        "Contact by finite elements, without ICs, beside contact with ICs.",
+        "Contact by finite elements, compared with contact by ICs.",
     ),
-    "calibrate": ("matrix:calibrate", "Fit B-hat-prime to C; write the scene with the fit."),
+    "calibrate": ("matrix:calibrate", "Fit B-hat-prime to C and write the scene with the fit."),
     "export": ("matrix:export", "Write the IC matrix of both bodies for the program CONTACT."),
-    "frontier": ("frontier:frontier", "Errors against seconds of all ways to compute the ICs of a scene."),
-    "advise": ("frontier:advise", "Name the cheapest ICs that are good enough."),
-    "validate": ("validate:validate", "Check statements about these ICs, and about this program."),
-    "extremes": ("validate:extremes", "Test every part at its limits, and beyond."),
-    "plan": ("plan:plan", "Estimate the cost of a scene, before anything is solved."),
+    "frontier": ("frontier:frontier", "Compare all choices of ICs for a scene: error against time."),
+    "advise": ("frontier:advise", "Name the cheapest ICs that meet a tolerance."),
+    "validate": ("validate:validate", "Check statements about the ICs and about this program."),
+    "extremes": ("validate:extremes", "Test every part at its limits and beyond."),
+    "plan": ("plan:plan", "Estimate the cost of a scene before you run it."),
     "compare": ("scenes:compare", "Show the results of two or more scenes in one report."),
     "show": ("scenes:show", "Draw a body under a load: its cells, displacements and stresses."),
-    "doctor": ("doctor:doctor", "Check this installation: libraries, names, results with known values."),
+    "doctor": ("doctor:doctor", "Check this installation: libraries, names and two known results."),
     "profiles": (
         "profiles:profiles",
-        "List the standard profiles, or show how profile files were understood.",
+        "List the standard profiles, or show how femic reads your profile files.",
     ),
     "scenes": ("scenes:scenes", "List the built-in scenes, or print one with every key."),
 }
@@ -102,7 +102,7 @@ def exit_code(arguments: list[str]) -> int:
     try:
         for text in (*arguments, str(Path.cwd())):  # pages and datasets, which have these names, are UTF-8
             if any("\ud800" <= letter <= "\udfff" for letter in text):
-                raise WrongInput(f"{text!r}: is no name in UTF-8: rename the file or folder")
+                raise WrongInput(f"{text!r}: the name is not valid UTF-8; rename the file or folder")
         with delivered_interruptions():
             app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
     except (CycloptsError, WrongInput, Failure, OSError) as error:
@@ -111,10 +111,12 @@ def exit_code(arguments: list[str]) -> int:
     except ImportError as error:
         if (error.name or "").partition(".")[0] not in OWN_NAMES:
             raise
-        console.print(f"femic: {error}: another package may have overwritten a part of femic: femic doctor")
+        console.print(
+            f"femic: {error}. Another package may have overwritten a part of femic; run femic doctor"
+        )
         return FAILED
     except KeyboardInterrupt:
-        console.print("femic: interrupted; finished parts are stored: run the same command to continue")
+        console.print("femic: interrupted. Finished parts are stored; run the same command to continue")
         return INTERRUPTED
     return DONE
 

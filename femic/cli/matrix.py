@@ -28,7 +28,10 @@ def matrix(
     /,
     *,
     strip: Annotated[
-        int | None, Parameter(help="loaded strip of the maps; default: the patch's", converter=whole_number)
+        int | None,
+        Parameter(
+            help="loaded strip shown in the maps; default: the strip of the patch", converter=whole_number
+        ),
     ] = None,
     work: Work = DEFAULT_WORK,
 ) -> None:
@@ -48,17 +51,20 @@ def export(
     /,
     *,
     to: Annotated[
-        Literal["contact"], Parameter(name="--format", help="contact: of the program CONTACT, C3 = 9")
+        Literal["contact"], Parameter(name="--format", help="contact: file for the program CONTACT, C3 = 9")
     ] = "contact",
     ics: Annotated[
         ICName | None,
-        Parameter(help="C, an approximation, or auto: the cheapest good enough; default: the scene's"),
+        Parameter(
+            help="C, an approximation, or auto (the cheapest that meets the tolerance); default: "
+            "those of the scene"
+        ),
     ] = None,
     discount: Annotated[
         Discount | None,
         Parameter(
-            help="rigid part to subtract from C: approach, M_zz alone, as in contact; source: as [BVSV]; "
-            "none; default: the scene's"
+            help="rigid part to subtract from C: approach (M_zz only, as in contact), source (as in "
+            "[BVSV]) or none; default: the scene's"
         ),
     ] = None,
     work: Work = DEFAULT_WORK,
@@ -82,14 +88,14 @@ def export(
 def calibrate(
     *scene: Annotated[
         str,
-        Parameter(help="built-in name (see `femic scenes`) or TOML file; with several one report shows all"),
+        Parameter(help="built-in name (see `femic scenes`) or TOML file; several scenes share one report"),
     ],
     work: Work = DEFAULT_WORK,
 ) -> None:
     """Fit the effective properties of B-hat-prime to C; write the fits, scenes with them and one report."""
     scenes, most = [load_scene(name) for name in scene], ics_results.MOST_SCENES
     if not 1 <= len(scenes) <= most:
-        raise WrongInput(f"scenes: {len(scenes)} of them; give 1 to {most}")
+        raise WrongInput(f"scenes: {len(scenes)} given; give 1 to {most}")
     for loaded in scenes:
         calibration.require_calibration(loaded)
     joint = [work.joint_folder([loaded.name for loaded in scenes])] if len(scenes) > 1 else []

@@ -25,7 +25,7 @@ with lazy_imports():
 def plan(scene: SceneName, /, *, workers: Workers = None) -> None:
     """Estimate the cost of a scene: models, unknowns, wavenumbers, seconds, memory, file size.
 
-    Of `femic run`, `femic matrix` and, with loads, `femic contact`.
+    Covers `femic run`, `femic matrix` and, for a scene with loads, `femic contact`.
     """
     loaded, count, console = load_scene(scene), workers or cores(), terminal(width=TABLE_WIDTH)
     console.print(f"{loaded.title}: tolerance {loaded.settings.tolerance:g}, {count} workers")
@@ -41,7 +41,7 @@ def plan(scene: SceneName, /, *, workers: Workers = None) -> None:
         f"s = {grid.s:g} mm; matrix.nc takes {matrices.file_size(loaded) / 1e6:.0f} MB"
     )
     with _refusal_printed("femic matrix", console):
-        rest = f" for the models; {matrices.expected_seconds(loaded):.0f} s for the matrices themselves"
+        rest = f" for the models; {matrices.expected_seconds(loaded):.0f} s for the matrices"
         _print(title, matrices.matrix_plans(loaded, count), count, console, rest)
     if loaded.contact.loads or loaded.contact.approaches:
         with _refusal_printed("femic contact", console):
@@ -59,8 +59,8 @@ def plan(scene: SceneName, /, *, workers: Workers = None) -> None:
                 components = ", ".join(contact_ics.needed_components(problem))
                 _print(f"{title}; {components} of C:", list(refinement.plans(jobs, count)), count, console)
     console.print(
-        "One round; a round more where the estimated error is larger than the tolerance. Stored models take "
-        "no time.",
+        "Times are for one round. Another round follows if the estimated error exceeds the tolerance. "
+        "Stored models take no time.",
     )
 
 

@@ -33,13 +33,16 @@ ARGUMENTS = re.compile(
 
 
 def profiles(
-    *names: Annotated[str, Parameter(help="files, or names of profiles of the package; none: list these")],
-    kind: Annotated[Kind | None, Parameter(help="where the file does not say it")] = None,
+    *names: Annotated[
+        str, Parameter(help="files, or names of built-in profiles; without names: list the built-in profiles")
+    ],
+    kind: Annotated[Kind | None, Parameter(help="rail or wheel, if the file does not state it")] = None,
     axes: Annotated[
         str | None,
         Parameter(
-            help="where y grows and z points in the file: field or centre (of the track), up or down, or one "
-            "of each, as 'centre down'; asked for where the file does not show it (MiniProf mostly: centre)"
+            help="directions of y and z in the file: field or centre (of the track), up or down, or one "
+            "of each, such as 'centre down'; needed if the file does not show them (MiniProf mostly: "
+            "centre)"
         ),
     ] = None,
     unit: Annotated[
@@ -47,22 +50,22 @@ def profiles(
     ] = None,
     surface: Annotated[
         int | None,
-        Parameter(help="number of the running surface, where a file has several", converter=whole_number),
+        Parameter(help="number of the running surface, if the file has several", converter=whole_number),
     ] = None,
     section: Annotated[
         int | None,
         Parameter(
-            help="of a list of sections (.slcs, .slcw): the number of the section", converter=whole_number
+            help="number of the section, for a list of sections (.slcs, .slcw)", converter=whole_number
         ),
     ] = None,
     section_at: Annotated[
-        float | None, Parameter(help="instead of --section: its position, in the unit of the list")
+        float | None, Parameter(help="position of the section instead of its number, in the unit of the list")
     ] = None,
     tolerance: Annotated[
         float | Literal["cross-validation"],
         Parameter(
-            help="smoothing: rms distance of the points from the curve [mm], or cross-validation, which "
-            "finds it; 0: through all points"
+            help="smoothing: rms distance of the points from the curve [mm], or cross-validation to find "
+            "it; 0: a curve through all points"
         ),
     ] = 0.0,
     write: Annotated[
@@ -74,7 +77,7 @@ def profiles(
     ] = None,
     out: Annotated[Path | None, Parameter(help="folder for the results; default out/profiles")] = None,
 ) -> None:
-    """List the profiles of the package, or show how files were understood: axes, smoothing, curvature."""
+    """List the built-in profiles, or show how femic reads profile files: axes, smoothing, curvature."""
     console = terminal(width=TABLE_WIDTH)
     if not names:
         table = Table("name", "kind", "title", "source", box=None, pad_edge=False)
@@ -87,10 +90,10 @@ def profiles(
     ones = [one for one, _ in read]
     files, own_kind = [one.attrs["file"] for one in ones], ones[0].attrs["kind"]
     if twice := next((file for k, file in enumerate(files) if file in files[:k]), None):
-        raise WrongInput(f"{twice}: given twice; leave one out")
+        raise WrongInput(f"{twice}: given twice; remove one")
     if write is not None:
         if len(ones) > 1:
-            raise WrongInput(f"--write {write}: {len(ones)} profiles; give one")
+            raise WrongInput(f"--write {write}: {len(ones)} profiles given; give one")
         if ENDINGS.get(write.suffix.lower()) != own_kind:
             ending = next(ending for ending, kind in ENDINGS.items() if kind == own_kind)
             raise WrongInput(f"--write {write}: the name of a {own_kind}'s file must end in {ending}")
@@ -124,9 +127,8 @@ def _read(name: str, reading: Reading) -> "tuple[xr.Dataset, results.MakePoints]
         similar = [known for known in NAMED if get_close_matches(name.lower(), [known.lower()], 1, 0.5)]
         hint = f"; did you mean {' or '.join(similar)}?" if similar else "."
         raise WrongInput(
-            f"profile {name!r}: no such file, and none of the package{hint} The package has "
-            f"{', '.join(NAMED)}"
+            f"profile {name!r}: no such file and no built-in profile{hint} The package has {', '.join(NAMED)}"
         )
     if reading != Reading():
-        raise WrongInput(f"{name}: a profile of the package: leave out the options of files")
+        raise WrongInput(f"{name}: a built-in profile; leave out the options for files")
     return results.package_profile(name)

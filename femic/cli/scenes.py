@@ -70,7 +70,7 @@ def compare(
 ) -> None:
     """Show the results of two or more scenes in the same figures and tables; write a report.
 
-    Scenes without results, or with results of another text or femic, are computed first, as by `femic run`.
+    Scenes without results are computed first, as by `femic run`; also scenes that changed since.
     """
     for argument in scene:  # wrong files are refused before anything heavy is loaded
         path = Path(argument)
@@ -85,7 +85,7 @@ def compare(
         folders.require_usable(used)
     for source, (_, own_store) in zip(scene_sources, stores, strict=True):
         if source.scene is not None and not ics_results.up_to_date(source):
-            console.print(f"{source.name}: no results of it by this femic yet, computing")
+            console.print(f"{source.name}: no results by this version of femic yet; computing")
             work = Work(source.folder, workers, store or own_store)
             _computed(source.scene, source.folder, work, console)
     with folders.locked(folder):
@@ -97,10 +97,14 @@ def show(
     target: str,
     /,
     *,
-    body: Annotated[SolidName | None, Parameter(help="default: the first that the scene compares")] = None,
+    body: Annotated[
+        SolidName | None, Parameter(help="body; default: the first that the scene compares")
+    ] = None,
     load: Annotated[DirectionName | None, Parameter(help="direction of the load; default n")] = None,
-    out: Annotated[Path | None, Parameter(help="PNG; default beside the .vtu, out/SCENE/show/")] = None,
-    window: Annotated[bool | None, Parameter(help="open a window; default: where there is a screen")] = None,
+    out: Annotated[
+        Path | None, Parameter(help="PNG file; default: next to the .vtu file in out/SCENE/show/")
+    ] = None,
+    window: Annotated[bool | None, Parameter(help="open a window; default: yes if there is a screen")] = None,
 ) -> None:
     """Draw a body under a unit load: its cells, displacements and stresses.
 

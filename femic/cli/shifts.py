@@ -23,7 +23,8 @@ def shifts(
     specification: Annotated[
         str | None,
         Parameter(
-            help="TOML file, or a built-in one: s1002-on-60e1, s1002-on-60e1-worn; `--show` prints one"
+            help="TOML file, or a built-in specification: s1002-on-60e1, s1002-on-60e1-worn; `--show` "
+            "prints it"
         ),
     ] = None,
     /,
@@ -35,22 +36,23 @@ def shifts(
     write: Annotated[
         float | None,
         Parameter(
-            help="lateral shift [mm]: solve nothing, and write the scene of a wheel there, for `femic "
-            "contact`, `stresses` and `export`"
+            help="lateral shift [mm]: write the scene of one wheel at this shift, for `femic contact`, "
+            "`stresses` and `export`, and solve nothing"
         ),
     ] = None,
     wheel: Annotated[
         Literal["left", "right"] | None,
-        Parameter(help="the wheel of --write; default: the one that is moved towards its rail"),
+        Parameter(help="wheel for --write; default: the wheel that moves towards its rail"),
     ] = None,
     work: Work = DEFAULT_WORK,
 ) -> None:
     """Solve the contacts of a wheelset at many lateral shifts; write shifts.nc and a report.
 
-    Both wheels stand on their rails; each contact is solved with several ICs, on a grid for all patches.
+    Both wheels stand on their rails. Each contact is solved with several ICs, and all patches of a wheel
+    together.
     """
     if wheel is not None and write is None:
-        raise WrongInput(f"--wheel {wheel}: is of --write SHIFT; give both, or neither")
+        raise WrongInput(f"--wheel {wheel}: only with --write SHIFT; give both or neither")
     console = terminal()
     if show:
         known = specifications.builtin_names()

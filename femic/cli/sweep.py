@@ -47,16 +47,14 @@ SHOWN_FAILURES = 5  # different messages of failures that are printed
 class SweepOptions:
     """Options of a campaign besides computing it."""
 
-    plan: Annotated[bool, Parameter(negative="", help="estimate the cost, and compute nothing")] = False
-    page: Annotated[
-        bool, Parameter(negative="", help="write the page of the finished scenes, and compute nothing")
-    ] = False
-    retry: Annotated[bool, Parameter(negative="", help="try scenes again that failed before")] = False
+    plan: Annotated[bool, Parameter(negative="", help="estimate the cost only")] = False
+    page: Annotated[bool, Parameter(negative="", help="write the page of the finished scenes only")] = False
+    retry: Annotated[bool, Parameter(negative="", help="try failed scenes again")] = False
     write: Annotated[
         str | None,
         Parameter(
-            help="such as flank=30,ratio=1.1, or flank=30 for all ratios: write the scenes of these points "
-            "as files, print their paths"
+            help="write the scenes of these points as files and print their paths: flank=30,ratio=1.1 for "
+            "one point, flank=30 for all ratios"
         ),
     ] = None
 
@@ -65,7 +63,9 @@ COMPUTED = SweepOptions()
 
 
 def sweep(
-    campaign: Annotated[Path, Parameter(help="campaign file (TOML): a scene, keys that are swept, values")],
+    campaign: Annotated[
+        Path, Parameter(help="campaign file (TOML): a scene, the keys to vary, and their values")
+    ],
     /,
     *,
     scheduler: Annotated[
@@ -76,12 +76,12 @@ def sweep(
 ) -> None:
     """Compute the scenes of a campaign; write sweep.html and sweep.nc (sweep.zarr where it is large).
 
-    Models that scenes share are solved once, and finished scenes are stored: after an interruption, the same
-    command continues. Scenes that fail are listed, and do not stop the others.
+    Models that scenes share are solved once. Finished scenes are stored; after an interruption, repeat the
+    command to continue. Failed scenes are listed and do not stop the others.
     """
     loaded, console = load_campaign(campaign), terminal()
     if scheduler is not None and work.workers is not None:
-        raise WrongInput("--workers are cores of this machine: leave out --workers or --scheduler")
+        raise WrongInput("--workers counts cores of this machine; leave out --workers or --scheduler")
     address = None if scheduler is None else cluster.parse_address(scheduler)
     folder = folders.check(work.out or Path("out") / loaded.name)
     if options.write is not None:
@@ -91,11 +91,11 @@ def sweep(
     if options.page:
         path = datasets.dataset_path(folder)
         if not path.exists():
-            raise Failure(f"{folder}: nothing is finished yet: leave out --page to begin")
+            raise Failure(f"{folder}: no finished scenes yet; leave out --page to start")
         _write_page(datasets.open_undamaged(path), folder, console)
         return
     for combination in plan.require_computable(loaded):
-        console.print(f"note: a scene that will fail: {combination}", soft_wrap=True)
+        console.print(f"note: this scene will fail: {combination}", soft_wrap=True)
     store = store_at(work.store, folder)
     if options.plan:
         _print_plan(loaded, store, work.threads, console)

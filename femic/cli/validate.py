@@ -30,7 +30,7 @@ def validate(
     tolerance: Annotated[float, Parameter(help="of C")] = TOLERANCE,
     work: Work = DEFAULT_WORK,
 ) -> None:
-    """Check statements about these ICs, and about this program, with computed verdicts; write a report."""
+    """Check statements about the ICs and about this program; write a report with computed verdicts."""
     if not TIGHTEST <= tolerance <= LOOSEST:
         raise WrongInput(f"--tolerance {tolerance:g}: {TIGHTEST:g} ... {LOOSEST:g}")
     numbers = statements_page.select_statements(only)
@@ -46,7 +46,7 @@ def extremes(
     of: Annotated[
         tuple[Part, ...],
         Parameter(
-            help="which parts: analytic ICs, C of each engine, contact without and with friction",
+            help="parts to test: analytic ICs, C of each engine, contact without and with friction",
             consume_multiple=True,
         ),
     ] = PARTS,

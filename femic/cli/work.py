@@ -38,7 +38,7 @@ def whole_numbers(_: Any, tokens: Sequence[Token]) -> tuple[int, ...]:
     """Return the whole numbers that stand after an option; raise ValueError for others, such as 1.5."""
     wrong = [token.value for token in tokens if not WHOLE.fullmatch(token.value)]
     if wrong:
-        raise ValueError(f"{wrong[0]!r} is no whole number")
+        raise ValueError(f"{wrong[0]!r} is not a whole number")
     return tuple(int(token.value) for token in tokens)
 
 
@@ -57,7 +57,7 @@ Workers = Annotated[
 ]
 StoreAt = Annotated[
     str | None,
-    Parameter(help="folder or URL of the store of solved models, for all scenes; default OUT/store"),
+    Parameter(help="folder or URL for storing solved models, shared by all scenes; default OUT/store"),
 ]
 
 
@@ -68,13 +68,17 @@ class Work:
 
     out: Annotated[
         Path | None,
-        Parameter(help="folder for the results; default out/SCENE; of several scenes OUT/SCENE each"),
+        Parameter(help="folder for the results; default out/SCENE; with several scenes, OUT/SCENE for each"),
     ] = None
     workers: Workers = None
     store: StoreAt = None
     figures: Annotated[
         tuple[Literal["pdf", "png"], ...],
-        Parameter(help="formats of each figure, beside SVG", consume_multiple=True, show_default=False),
+        Parameter(
+            help="further formats of each figure, in addition to SVG",
+            consume_multiple=True,
+            show_default=False,
+        ),
     ] = ()
 
     def folder(self, scene: Scene) -> Path:
@@ -147,9 +151,8 @@ def store_at(location: str | None, folder: Path) -> Store:
             ) from error
         except Exception as error:  # each kind has its own
             raise WrongInput(
-                f"--store {location}: nothing can be stored there ({type(error).__name__}: {error}): give a "
-                "folder, or a URL; are there credentials for it (for S3: AWS_ACCESS_KEY_ID, "
-                "AWS_SECRET_ACCESS_KEY)?"
+                f"--store {location}: cannot write there ({type(error).__name__}: {error}). Give a folder "
+                "or a URL, and check its credentials (for S3: AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY)"
             ) from error
         return Store(location)
     store = Store(folder / "store")

@@ -39,7 +39,7 @@ S = {"units": "mm", "long_name": "arc length of the lower contour"}
 SECONDS = {"units": "s", "long_name": "time of the solution, without C"}
 INCLINATION = {"units": "rad", "long_name": "inclination of the lower contour"}
 TRACTION = "traction on the upper body"
-SIMPLIFIED = {"long_name": "whether only the less accurate form was solved"}
+SIMPLIFIED = {"long_name": "whether the contact was only solved in the less accurate form"}
 LARGER, CHANGE = "larger_", "change_"  # before the names of numbers, of tractions, and of places
 FLOOR = "floor_"  # before the names of numbers
 DISPLACED, STEADY = "displaced_", "steady_"
@@ -50,7 +50,7 @@ PREFIXES = {  # before the name of a quantity: what the variable is besides its 
     "supported_": ": with other supports",
     LARGER: ": on elements twice as large",
     CHANGE: ": change with the ICs plus their estimated errors",
-    FLOOR: ": change where single elements are in another state",
+    FLOOR: ": change if single elements change their state",
     STEADY: ": in steady rolling",
     f"estimate_{STEADY}": ": estimated error in steady rolling",
 }

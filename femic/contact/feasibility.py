@@ -23,17 +23,17 @@ def impossible(problem: ContactProblem) -> Iterator[str]:
     specification = problem.specification
     if np.isfinite(rolling_radius := problem.bodies["lower"].rolling_radius):
         yield (
-            f"lower.rolling_radius = {rolling_radius:g}: a contact has a prismatic lower body: leave it "
-            "out, or exchange the bodies"
+            f"lower.rolling_radius = {rolling_radius:g}: in contact the lower body must be prismatic; "
+            "leave this key out, or exchange the bodies"
         )
         return
     if np.isinf(problem.bodies["upper"].rolling_radius) and not isinstance(
         specification.extra_gap, Scattered
     ):
         yield (
-            "upper.rolling_radius = inf: two prismatic bodies touch all along x, and contact per length "
-            "(plane strain) is not solved: give upper.rolling_radius, such as 1e5 mm, or a "
-            "contact.extra_gap over x and s that ends the contact"
+            "upper.rolling_radius = inf: two prismatic bodies touch along their whole length, and femic "
+            "does not solve plane-strain contact; give upper.rolling_radius, such as 1e5 mm, or a "
+            "contact.extra_gap over x and s that limits the contact"
         )
         return
     sizing = Sizing(pair_on_grid(problem, problem.grid), specification.elements)
@@ -63,18 +63,18 @@ def _place_misfits(sizing: Sizing) -> Iterator[str]:
     step, nearby = distances_nearby(sizing.bodies)
     s, shift, width = undeformed.touching[0], f"contact.shift = {undeformed.shift:g}", end - start
     if abs(undeformed.shift) > width:
-        yield f"{shift}: more than the {width:g} mm over which the bodies may touch: give a smaller one"
+        yield f"{shift}: more than the {width:g} mm over which the bodies may touch; give a smaller shift"
     elif sizing.bodies.extra_gap is not None:
         return
     elif np.ptp(undeformed.distance(0.0, np.linspace(start, end, PLACES))) < ALIKE * width:
         yield (
-            "lower.contour, upper.contour: the bodies touch all over, from one end of the contours to the "
-            "other: give contours that are not alike"
+            "lower.contour, upper.contour: the bodies touch everywhere, from one end of the contours to "
+            "the other; give contours of different shape"
         )
     elif min(s - start, end - s) < step or not np.all(np.isfinite(nearby)):
         yield (
             f"{shift}: the bodies touch first at the end of a contour, s = {s:g} of {start:g} ... {end:g} "
-            "mm: give another shift, or contours of which one lies in the other"
+            "mm: give another shift, or contours that fit into each other"
         )
 
 
@@ -93,8 +93,8 @@ def _size_misfits(problem: ContactProblem, sizing: Sizing) -> Iterator[str]:
     for number, approach in enumerate(specification.approaches):
         if approach > width:
             yield (
-                f"contact.approaches.{number} = {approach:g}: strains would be larger than 1: {reach}: "
-                "give a smaller approach"
+                f"contact.approaches.{number} = {approach:g}: strains would exceed 1 ({reach}); give a "
+                "smaller approach"
             )
 
 

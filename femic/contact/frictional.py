@@ -267,13 +267,13 @@ class _Solution:
             p = _joined(before[..., :N] + share * step, p)
         if pressed_too_little:
             raise Failure(
-                "contact with friction: tangential tractions on inclined places bear nearly all of the load, "
-                "and little is left to pressures; use a larger load, smaller creepages or less friction"
+                "contact with friction: tangential tractions on inclined parts carry almost the whole "
+                "load and leave little pressure; use a larger load, smaller creepages or less friction"
             )
         raise Failure(
-            f"contact with friction: pressures and tangential tractions still change by {change:.1e} of the "
-            f"largest pressure after {MOST_TURNS} turns, not {self.tolerance:.1e}; use smaller steps of load "
-            "or less friction"
+            f"contact with friction: pressures and tangential tractions still change by {change:.1e} of "
+            f"the largest pressure after {MOST_TURNS} iterations, not {self.tolerance:.1e}; use smaller "
+            "steps of load or less friction"
         )
 
     @property

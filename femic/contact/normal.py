@@ -147,8 +147,8 @@ class PotentialAreaTooSmall(Failure):
 
     def __init__(self, ends: tuple[str, ...], loading: Loading, ics: str = "") -> None:
         super().__init__(
-            f"potential contact area: the contact comes nearer than {MARGIN} elements to its end at "
-            f"{' and '.join(ends)}; make the grid longer there, or the load smaller"
+            f"potential contact area: the contact comes closer than {MARGIN} elements to the edge of the "
+            f"grid at {' and '.join(ends)}; make the grid longer there, or the load smaller"
         )
         self.ends, self.loading, self.ics = ends, loading, ics
 

@@ -81,8 +81,8 @@ def extra_gap(columns: Array) -> ExtraGap:
     across = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)
     if len(places) < 3 or across[1] <= ON_A_LINE * across[0]:
         raise WrongInput(
-            f"{len(places)} points on one line, not at one x: give points beside it, too, or columns s, "
-            "gap of a profile that is the same at all x"
+            f"{len(places)} points lie on one line that is not at a single x; add points beside the line, "
+            "or give columns s, gap if the gap is the same at all x"
         )
     order = np.lexsort(places.T)  # triangles of points on a grid depend on their order
     return Scattered(places[order], gap[order])
@@ -112,40 +112,40 @@ class FrictionSpecification:
 
     coefficients: Annotated[
         Several[Annotated[float, Field(gt=0, le=1000)]],
-        Field(min_length=1, description="coefficients of friction, each solved, 0 ... 1000"),
+        Field(min_length=1, description="friction coefficients, 0 ... 1000; the contact is solved with each"),
         EachOnce,
     ] = (0.2, 0.4, 0.6)
     longitudinal: Annotated[
         Several[Creepage],
         Field(
             min_length=2,
-            description="of rolling: longitudinal creepages omega R / V - 1, growing, for the creep-force "
-            "curve",
+            description="steady rolling: longitudinal creepages omega R / V - 1 of the creep-force curve, "
+            "in increasing order",
         ),
     ] = (*(-xi for xi in reversed(CREEPAGES)), 0.0, *CREEPAGES)
     creepage: Annotated[
         Creepage,
         Field(
-            description="of transient rolling: longitudinal creepage omega R / V - 1, constant from rest on"
+            description="transient rolling: longitudinal creepage omega R / V - 1, constant from the start"
         ),
     ] = 0.002
     lateral: Annotated[
-        Creepage, Field(description="of rolling, steady or transient: lateral velocity of the wheel over V")
+        Creepage, Field(description="steady or transient rolling: lateral velocity of the wheel divided by V")
     ] = 0.0
     spin: Annotated[
         float,
         Field(
             ge=-1,
             le=1,
-            description="of rolling, steady or transient: angular velocity of the wheel about z over V "
+            description="steady or transient rolling: angular velocity of the wheel about z divided by V "
             "[1/mm]",
         ),
     ] = 0.0
     distance: Annotated[
         Length | None,
         Field(
-            description="of transient rolling: rolled distance [mm], rounded up to four elements; default: "
-            "three lengths of the patch"
+            description="transient rolling: rolled distance [mm], rounded up to a multiple of four "
+            "elements; default: three patch lengths"
         ),
     ] = None
     equal_force: Annotated[
@@ -153,8 +153,8 @@ class FrictionSpecification:
         Field(
             gt=-1,
             lt=1,
-            description="of rolling: F_x / (friction load) at which tractions with all ICs are compared, "
-            "-1 ... 1",
+            description="steady rolling: F_x / (friction load) at which the tractions with all ICs are "
+            "compared, -1 ... 1",
         ),
     ] = 0.5
     friction_by_angle: FactorsByAngle = ()
@@ -170,42 +170,45 @@ class ContactSpecification:
 
     motion: str = WITHOUT_FRICTION  # of `femic.contact.motions`
     loads: Annotated[
-        Several[Amount], Field(description="vertical loads [N]; of a compression they grow"), EachDistinct
+        Several[Amount],
+        Field(description="vertical loads [N]; in increasing order for compression"),
+        EachDistinct,
     ] = ()
     approaches: Annotated[
-        Several[Length], Field(description="instead of loads: vertical approaches [mm]"), EachDistinct
+        Several[Length], Field(description="vertical approaches [mm], instead of loads"), EachDistinct
     ] = ()
     ics: Annotated[
         Several[str],
         Field(
             min_length=1,
-            description=f"ICs to solve it with: C, {', '.join(VARIANTS)}, or one of these with components of "
-            "others: Bhat+sn:B is Bhat with sn of B, and ns by reciprocity; map:FILE is C from the file of a "
-            "campaign that kept matrix, without friction, on the grid of that campaign",
+            description=f"ICs to solve the contact with: C, {', '.join(VARIANTS)}, or one of these with "
+            "components of another: Bhat+sn:B is Bhat with sn of B, and ns by reciprocity. map:FILE takes "
+            "C from the file of a campaign with keep = matrix: without friction, on the grid of that "
+            "campaign",
         ),
         EachOnce,
     ] = ("A", "B", "Bhat", "C")
     friction: FrictionSpecification | None = None  # None: without friction
-    shift: Annotated[Place, Field(description="the upper body is moved by this along y [mm]")] = 0.0
+    shift: Annotated[Place, Field(description="lateral shift of the upper body along y [mm]")] = 0.0
     flanks: Annotated[
         bool,
         Field(
-            description="whether the bodies may touch on the straight flanks beyond the contours; false "
-            "where flanks only stand for the rest of a body"
+            description="whether the bodies may touch on the straight flanks beyond the contours; use "
+            "false if the flanks only represent the rest of a body"
         ),
     ] = True
     gap: Annotated[
         Literal["linear", "exact"],
         Field(
-            description="undeformed distance. linear: at first touch, less approach times cos(delta); exact: "
-            "of the displaced body"
+            description="undeformed distance. linear: distance at first touch minus approach times "
+            "cos(delta); exact: distance of the displaced body"
         ),
     ] = "linear"
     extra_gap: Annotated[
         ExtraGap | None,
         Field(
-            description="text file of columns x, s, gap, or of s, gap for all x [mm]: a gap that is added, "
-            "linear between the points, 0 beyond; # comments"
+            description="text file with an additional gap: columns x, s, gap, or s, gap for all x [mm]; "
+            "linear between the points, 0 beyond them; # comments"
         ),
     ] = None
     elements: Annotated[
@@ -216,36 +219,35 @@ class ContactSpecification:
     ] = 20
     grid: Annotated[
         Literal["automatic", "scene"],
-        Field(description="automatic: as large as the patches; scene: the one of [grid], centred at x = 0"),
+        Field(description="automatic: fits the patches; scene: the grid of [grid], centred at x = 0"),
     ] = "automatic"
     lateral_force: Annotated[
         Signed | None,
         Field(
-            description="without friction: lateral force F_y on the upper body [N]; its lateral position "
-            "follows, and `shift` is the first guess"
+            description="lateral force F_y on the upper body [N], without friction only; femic finds the "
+            "lateral position, starting from `shift`"
         ),
     ] = None
     supports: Annotated[
         bool,
         Field(
-            description="whether the page shows the effect of supports on contact with C: far arc of half "
-            "the radius and, where the contact is not symmetric, flanks 5 degrees flatter (C once more)"
+            description="whether the page shows the effect of the supports on contact with C: far arc of "
+            "half the radius and, for unsymmetric contacts, flanks 5 degrees flatter (C is computed "
+            "again)"
         ),
     ] = True
     shape_load: Annotated[
         Amount | None,
         Field(
-            description="load whose B-hat pressures are mapped onto all patches, to show where A and B-hat "
-            "differ [N]; default: the largest"
+            description="load [N] whose B-hat pressures are applied to all patches, to show where A and "
+            "B-hat differ; default: the largest"
         ),
     ] = None
 
     def __post_init__(self) -> None:
         """Raise WrongInput unless friction is specified for a motion that has it."""
         if (self.motion != WITHOUT_FRICTION) != (self.friction is not None):
-            raise WrongInput(
-                f"motion = {self.motion!r}: give `friction` for motions with friction, and only then"
-            )
+            raise WrongInput(f"motion = {self.motion!r}: give `friction` for motions with friction only")
 
     @property
     def exact(self) -> bool:

@@ -125,9 +125,9 @@ class EnergyLaw:
     densities far beyond those of rails a contact has temperatures that no factor of two covers.
     """
 
-    mild: Annotated[Amount, Field(description="worn mass over work, below the transition [µg/J]")] = 0.7
+    mild: Annotated[Amount, Field(description="worn mass per work in the mild regime [µg/J]")] = 0.7
     severe: Annotated[
-        Amount, Field(description="worn mass over work, above the transition [µg/J]; needs damage.speed")
+        Amount, Field(description="worn mass per work in the severe regime [µg/J]; needs damage.speed")
     ] = 2.1
     transition: Annotated[
         Amount,
@@ -161,16 +161,19 @@ class TwinDiscLaw:
     """
 
     mild: Annotated[
-        Amount, Field(description="worn mass per rolled distance and area over T-gamma/A, mild [µg/m/N]")
+        Amount,
+        Field(
+            description="mild regime: worn mass per rolled distance and area, divided by T-gamma/A [µg/m/N]"
+        ),
     ] = 5.3
     severe: Annotated[
-        Amount, Field(description="worn mass per rolled distance and area, severe [µg/m/mm^2]")
+        Amount, Field(description="severe regime: worn mass per rolled distance and area [µg/m/mm^2]")
     ] = 55.0
-    catastrophic: Annotated[Amount, Field(description="its slope over T-gamma/A, catastrophic [µg/m/N]")] = (
-        61.9
-    )
+    catastrophic: Annotated[
+        Amount, Field(description="catastrophic regime: slope over T-gamma/A [µg/m/N]")
+    ] = 61.9
     transitions: Annotated[
-        TwoOf[Amount], Field(description="T-gamma/A at which wear becomes severe, and catastrophic [N/mm^2]")
+        TwoOf[Amount], Field(description="T-gamma/A at which wear becomes severe and catastrophic [N/mm^2]")
     ] = (10.4, 77.2)
     density: Density = STEEL_DENSITY
 
@@ -211,12 +214,12 @@ class ArchardMap:
     seizure: Annotated[
         Amount, Field(description="Archard's k where the pressure exceeds pressure_share x hardness")
     ] = 350e-4
-    hardness: Annotated[Amount, Field(description="of the softer surface [MPa]")] = 3000.0
+    hardness: Annotated[Amount, Field(description="hardness of the softer surface [MPa]")] = 3000.0
     velocities: Annotated[
         TwoOf[Amount], Field(description="sliding velocities at which Archard's k changes [m/s]")
     ] = (0.2, 0.7)
     pressure_share: Annotated[
-        Amount, Field(description="pressure over hardness from which surfaces seize")
+        Amount, Field(description="pressure divided by hardness above which the surfaces seize")
     ] = 0.8
 
     def __post_init__(self) -> None:

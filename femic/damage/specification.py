@@ -28,25 +28,36 @@ class DamageSpecification:
     """
 
     yield_stress: Annotated[
-        Amount | None, Field(description="in tension [MPa], for shakedown and surface fatigue")
+        Amount | None, Field(description="yield stress in tension [MPa], for shakedown and surface fatigue")
     ] = None
     hardness: Annotated[
-        Amount | None, Field(description="of the softer surface [MPa], for wear by Archard; needs speed")
+        Amount | None,
+        Field(description="hardness of the softer surface [MPa], for Archard wear; needs speed"),
     ] = None
     speed: Annotated[
-        Amount | None, Field(description="of rolling [m/s], for wear laws that depend on it")
+        Amount | None, Field(description="rolling speed [m/s], for wear laws that depend on it")
     ] = None
-    passages: Annotated[Count, Field(description="of such wheels over the rail, which wear it; 0: none")] = (
+    passages: Annotated[Count, Field(description="number of wheel passages that wear the rail; 0: none")] = (
         0.0
     )
-    revolutions: Annotated[Count, Field(description="of the wheel, which wear it; 0: none")] = 0.0
+    revolutions: Annotated[Count, Field(description="number of revolutions that wear the wheel; 0: none")] = (
+        0.0
+    )
     steps: Annotated[
         Whole,
-        Field(ge=1, le=MOST_STEPS, description="at least, in which the contact is solved again as it wears"),
+        Field(
+            ge=1,
+            le=MOST_STEPS,
+            description="least number of wear steps; the contact is solved again after each",
+        ),
     ] = 10
     spread: Annotated[
         float,
-        Field(ge=0, le=LARGEST_LENGTH, description="standard deviation of the wheels' places along s [mm]"),
+        Field(
+            ge=0,
+            le=LARGEST_LENGTH,
+            description="standard deviation of the lateral position of the wheels along s [mm]",
+        ),
     ] = 0.0
     energy: EnergyLaw = field(default_factory=EnergyLaw)
     twin_disc: TwinDiscLaw = field(default_factory=TwinDiscLaw)
@@ -60,8 +71,8 @@ class DamageSpecification:
                 raise WrongInput(f"{name} = {value!r}: must be positive and finite")
         if self.hardness is not None and self.speed is None:
             raise WrongInput(
-                f"hardness = {self.hardness:g}: Archard's coefficients depend on the sliding velocity: give "
-                "speed [m/s], too"
+                f"hardness = {self.hardness:g}: Archard's coefficients depend on the sliding velocity; "
+                "also give speed [m/s]"
             )
 
     @property

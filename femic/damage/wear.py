@@ -110,8 +110,8 @@ def wear_contact(solution: RollingSolution, steps: WearSteps) -> Iterator[WornCo
                 lower, upper = steps.passages
                 most = " and ".join(f"{LARGEST_FACTOR / factor * one:.3g}" for one in steps.passages)
                 raise UnstableSteps(
-                    f"passages = {lower:g} (lower), {upper:g} (upper) per step: pressures oscillate from "
-                    f"strip to strip; take {most} at most and more steps, or a larger spread"
+                    f"passages = {lower:g} (lower), {upper:g} (upper) per step: pressures would oscillate "
+                    f"from strip to strip; use {most} at most and more steps, or a larger spread"
                 )
             per_passage = _spread(depth(sliding, steps.law), steps.spread, sliding.grid.ds)
             worn = np.outer(steps.passages, per_passage)

@@ -187,15 +187,17 @@ def array(name: str, value: Any) -> np.ndarray:
     if (columns := getattr(value, "columns", None)) is not None or is_table:
         what = f" with columns {', '.join(map(str, columns))}" if columns is not None else ""
         raise WrongInput(
-            f"{name}: {_class(value)}{what}: its labels are not read: put the numbers in the order that the "
-            "documentation says, and give them as .to_numpy()"
+            f"{name}: {_class(value)}{what}: labels are not read here; put the numbers in the documented "
+            "order and give them as .to_numpy()"
         )
     if np.ma.isMaskedArray(value):
         value = np.ma.filled(value.astype(float), np.nan)
     try:
         values = np.asarray(value)
     except ValueError as error:
-        raise WrongInput(f"{name}: rows of unequal length: give each the same number of entries") from error
+        raise WrongInput(
+            f"{name}: rows have unequal lengths; give each row the same number of entries"
+        ) from error
     except TypeError as error:
         raise WrongInput(f"{name} = {shown(value)}: give {NUMBERS}") from error
     if not values.size:

@@ -73,10 +73,10 @@ def plane() -> contours.PlaneTable:
 
 @with_checked_arguments
 def arc(radius: float, flank_inclination_deg: Flanks) -> contours.ArcTable:
-    """Return a circular arc with straight flanks beyond it.
+    """Return a circular arc that continues in straight flanks.
 
-    `radius` [mm] is negative for a groove. Both flanks have the inclination [degrees], or the left and the
-    right one have those of a pair. Raises WrongInput.
+    `radius` [mm] is negative for a groove. Give one inclination [degrees] for both flanks, or a pair (left,
+    right). Raises WrongInput.
     """
     keys = {"radius": radius, "flank_inclination_deg": flank_inclination_deg}
     return checked(contours.ArcTable, {"kind": "arc"} | keys)
@@ -84,10 +84,10 @@ def arc(radius: float, flank_inclination_deg: Flanks) -> contours.ArcTable:
 
 @with_checked_arguments
 def ellipse(b_el: float, d_el: float, flank_inclination_deg: Flanks = 75.0) -> contours.EllipseTable:
-    """Return an ellipse with straight flanks beyond it.
+    """Return an ellipse that continues in straight flanks.
 
-    Its semi-axes are `b_el` along y and `d_el` along z [mm]. Inclinations [degrees] as of `arc`. Raises
-    WrongInput.
+    The semi-axes are `b_el` along y and `d_el` along z [mm]. Inclinations [degrees] are given as for `arc`.
+    Raises WrongInput.
     """
     keys = {"b_el": b_el, "d_el": d_el, "flank_inclination_deg": flank_inclination_deg}
     return checked(contours.EllipseTable, {"kind": "ellipse"} | keys)
@@ -95,7 +95,7 @@ def ellipse(b_el: float, d_el: float, flank_inclination_deg: Flanks = 75.0) -> c
 
 @with_checked_arguments
 def through_points(y: ArrayLike, z: ArrayLike, y_centre: float = 0.0) -> contours.PointsTable:
-    """Return a smooth curve through points (y, z) [mm], (n,) each, y growing; s = 0 lies at `y_centre` [mm].
+    """Return a smooth curve through points (y, z) [mm], (n,) each, y increasing; s = 0 is at `y_centre` [mm].
 
     Raises WrongInput.
     """
@@ -110,12 +110,12 @@ def through_points(y: ArrayLike, z: ArrayLike, y_centre: float = 0.0) -> contour
 
 @dataclass(frozen=True)
 class Body:
-    """A body: its contour, its material, and its shape along x.
+    """A body, given by its contour, its material and its shape along x.
 
-    It is extruded along x, or revolved with a `rolling_radius` [mm], that of its circle through the contact
-    centre, and a clamped hub of `hub_radius` [mm], by default a fifth of it. `outline` has the keys of the
-    table of that name in a scene file, such as {"standard": "60E1"}. Raises WrongInput; warns where no
-    material has its E.
+    Without a `rolling_radius` the body is prismatic along x. With a `rolling_radius` [mm], measured at the
+    contact centre, it is a body of revolution with a clamped hub of `hub_radius` [mm], by default a fifth of
+    the rolling radius. `outline` takes the keys of the table of that name in a scene file, such as
+    {"standard": "60E1"}. Raises WrongInput; warns if no material is as stiff as E.
     """
 
     contour: SceneTable
@@ -156,10 +156,10 @@ class Body:
 class Pair:
     """Two bodies in contact: the `upper` one, a wheel, and the `lower` one, a rail.
 
-    `effective` are the properties of B-hat-prime by "combined", "lower", "upper", as `fit_bhat_prime` finds
-    them; with `curvature_apart` those of "combined" leave out the curvature of wheels. A `reference_length`
-    [mm] makes ICs dimensionless and sets where rigid motions are read; by default it is the crown radius of
-    the lower body, 10 mm if that is flat. Raises WrongInput.
+    `effective` holds the properties of B-hat-prime for "combined", "lower" or "upper", as returned by
+    `fit_bhat_prime`; with `curvature_apart`, those of "combined" exclude the curvature of wheels.
+    `reference_length` [mm] makes ICs dimensionless and determines where rigid motions are read; the default
+    is the crown radius of the lower body, or 10 mm if it is flat. Raises WrongInput.
     """
 
     upper: Body

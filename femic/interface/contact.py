@@ -49,9 +49,9 @@ class _MotionKeys:
 
 @dataclass(frozen=True)
 class Frictionless(_MotionKeys):
-    """Contact without friction under vertical `loads` [N], or at vertical `approaches` [mm] instead.
+    """Contact without friction, under vertical `loads` [N] or at vertical `approaches` [mm].
 
-    With `lateral_force` [N] on the upper body, its lateral position follows. Raises WrongInput.
+    If you give a `lateral_force` [N] on the upper body, femic finds its lateral position. Raises WrongInput.
     """
 
     kind = "none"
@@ -65,10 +65,11 @@ class Frictionless(_MotionKeys):
 class Rolling(_MotionKeys):
     """Steady rolling of the upper body towards +x under a vertical `load` [N], at coefficients of `friction`.
 
-    Contacts are solved at all `longitudinal` creepages, omega R / V - 1 (1), with a `lateral` velocity of the
-    wheel over V (1) and a `spin` over V [1/mm], and where the longitudinal force is `equal_force` times
-    friction and load. Friction may depend on the contact angle: `friction_by_angle` are pairs of an angle
-    [degrees] and a factor of the coefficients, linear between. Raises WrongInput.
+    Contacts are solved at all `longitudinal` creepages, omega R / V - 1 (1), and at the creepage where the
+    longitudinal force is `equal_force` times friction times load. `lateral` is the lateral velocity of the
+    wheel divided by V (1), `spin` its angular velocity about z divided by V [1/mm]. Friction may depend on
+    the contact angle: `friction_by_angle` holds pairs of an angle [degrees] and a factor for the
+    coefficients, linear between the angles. Raises WrongInput.
     """
 
     kind = "rolling"
@@ -86,8 +87,8 @@ class Rolling(_MotionKeys):
 class TransientRolling(_MotionKeys):
     """Rolling of the upper body from rest at constant creepages, in steps of one element.
 
-    `creepage`, `lateral`, `spin` and `friction_by_angle` are as those of `Rolling`; `distance` [mm] is
-    rolled, by default three lengths of the patch. Raises WrongInput.
+    `creepage`, `lateral`, `spin` and `friction_by_angle` have the meaning they have in `Rolling`. `distance`
+    [mm] is the rolled distance, by default three patch lengths. Raises WrongInput.
     """
 
     kind = "transient"
@@ -103,9 +104,9 @@ class TransientRolling(_MotionKeys):
 
 @dataclass(frozen=True)
 class Compression(_MotionKeys):
-    """Compression with friction: bodies pressed together in steps of vertical `loads` [N], which grow.
+    """Compression with friction: bodies pressed together under increasing vertical `loads` [N].
 
-    `friction_by_angle` is as that of `Rolling`. Raises WrongInput.
+    `friction_by_angle` has the meaning it has in `Rolling`. Raises WrongInput.
     """
 
     kind = "compression"
@@ -117,12 +118,13 @@ class Compression(_MotionKeys):
 
 @dataclass(frozen=True, eq=False)
 class ContactSetup:
-    """Where bodies touch, and on which elements.
+    """Position of the bodies, distance between them, and elements.
 
-    `elements` across the smallest patch on a grid that fits the contact, or a `grid` about x = 0 instead. The
-    upper body is moved by `shift` along y [mm]. With `flanks` false, bodies do not touch on straight flanks.
-    The undeformed distance, `gap`, is "linear" or, without friction only, "exact": of the displaced body.
-    `extra_gap` (n, 2 or 3) has columns s, gap or x, s, gap [mm], a gap that is added.
+    Give the number of `elements` across the smallest patch, and femic fits the grid to the contact; or give a
+    `grid` about x = 0. `shift` [mm] moves the upper body along y. With `flanks` false, the bodies do not
+    touch on the straight flanks. The undeformed distance `gap` is "linear" or, without friction only,
+    "exact": the distance of the displaced body. `extra_gap` (n, 2 or 3) adds a gap, with columns s, gap or x,
+    s, gap [mm].
     """
 
     elements: int = 20
@@ -175,17 +177,19 @@ def solve_contact(
 ) -> xr.Dataset:
     """Solve the contact of a pair with each of several ICs.
 
-    `ics` are names of approximations, "C", which is computed on the contact's grid, and matrices as of
-    `compute_matrix` or `label_matrix`, on whose grid all is solved then: their labels decide, in any order.
+    `ics` lists names of approximations, "C" (computed on the grid of the contact), and matrices from
+    `compute_matrix` or `label_matrix`. With a matrix, all contacts are solved on its grid. Matrices are read
+    by their labels, in any order.
 
-    The dataset has numbers of contacts over ics and `case`, the prescribed loads [N] or approaches [mm], or
-    over ics, friction and `xi` (creepage), `distance` or `load`: forces, moments, approach, p_max and others
-    with units and meanings, each with its estimated error `estimate_NAME`. Pressures `p` [MPa] without
-    friction are over case, ics, x and s; each case has a grid of its own, with places `x` and `s` [mm], and
-    NaN beyond it. With friction, tractions `p` over x, s and direction [MPa] on the upper body, `stick` and
-    `slip` are those at `equal_force`, after the whole distance, or under the last load.
+    The dataset holds forces, moments, approach, p_max and other numbers, with units and meanings, and for
+    each its estimated error `estimate_NAME`. Without friction its dimensions are ics and `case`, the
+    prescribed loads [N] or approaches [mm]; with friction they are ics, friction and `xi` (creepage),
+    `distance` or `load`. Without friction, pressures `p` [MPa] have the dimensions case, ics, x and s; each
+    case has a separate grid with coordinates `x` and `s` [mm], and is NaN beyond it. With friction, the
+    tractions `p` on the upper body over x, s and direction [MPa], `stick` and `slip` belong to `equal_force`,
+    to the end of the distance, or to the last load.
 
-    Raises WrongInput, and Failure where there is no solution, or no C to the tolerance.
+    Raises WrongInput; raises Failure if there is no solution, or if C does not reach the tolerance.
     """
     names = tuple(each if isinstance(each, str) else matrix_name(each) for each in ics)
     if len(set(names)) < len(names):

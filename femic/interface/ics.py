@@ -32,7 +32,7 @@ def line_along_x(s: float, reach: float = 25.0, points: int = 401) -> LineAlongX
 
 @with_checked_arguments
 def line_along_s(x: float, reach: float = 25.0, points: int = 401) -> LineAlongS:
-    """Return the points from s = -reach to +reach [mm], as far as contours go, at x [mm] from the load.
+    """Return the points from s = -reach to +reach [mm], within the contours, at x [mm] from the load.
 
     Raises WrongInput.
     """
@@ -41,7 +41,7 @@ def line_along_s(x: float, reach: float = 25.0, points: int = 401) -> LineAlongS
 
 @with_checked_arguments
 def points(x: ArrayLike, s: ArrayLike, name: str = "points") -> OffsetLine:
-    """Return points of any kind: at x from the load and at arc length s [mm], of shapes that broadcast.
+    """Return arbitrary points: x from the load and arc length s [mm], with shapes that broadcast.
 
     Raises WrongInput for points that are not finite numbers.
     """
@@ -63,11 +63,11 @@ def compute_ics(
 ) -> xr.Dataset:
     """Compute ICs under a load on a patch at the points of lines.
 
-    `ics` are names of approximations and "C", `components` such as "xn", the displacement along x under a
-    load along n. The variable `ic` (variant, body, i, j, point) [mm/N] is the displacement i under a unit
-    total load j, NaN where it was not asked for. With C, after the rigid-body discount, come its estimated
-    error `estimate` (body, i, j, point) [mm/N] and more, which the dataset describes. Points have the
-    coordinates x, s [mm] and line.
+    `ics` lists names of approximations and "C"; `components` are names such as "xn", the displacement along x
+    under a load along n. The variable `ic` (variant, body, i, j, point) [mm/N] is the displacement i under a
+    unit total load j, and NaN if you did not ask for it. C is given after the rigid-body discount, with its
+    estimated error `estimate` (body, i, j, point) [mm/N] and further variables that the dataset describes.
+    Points have the coordinates x, s [mm] and line.
 
     Raises WrongInput, and Failure where C cannot be computed to the tolerance.
     """
@@ -89,22 +89,25 @@ def compute_ics(
 def compare_ics(ics: xr.Dataset) -> xr.Dataset:
     """Compare approximations with C: return their errors on the lines of a dataset of `compute_ics`.
 
-    Variables over (body, variant, line, i, j): `error`, the largest on the line as a share of the component,
-    of C the estimated one; `rms`, its root mean square; `weight`, the largest as a share of C_nn; `vanishes`
-    (body, i, j), whether the component is zero, and errors are shares of 0.05 C_nn. docs/theory/errors.md
-    defines the measure. Files `ics.nc` of `femic run` may be compared, too.
+    Variables over (body, variant, line, i, j): `error`, the largest error on the line relative to the
+    component (for C, its estimated error); `rms`, the root mean square error; `weight`, the largest error
+    relative to C_nn. `vanishes` (body, i, j) tells whether the component is zero; its errors are then
+    relative to 0.05 C_nn. docs/theory/errors.md defines the measure. You can also compare the files `ics.nc`
+    of `femic run`.
 
     Raises WrongInput without C, and without nn.
     """
     ics = ics_by_label("ics", ics)
     if "estimate" not in ics and "C" in ics.variant:
-        raise WrongInput("ics: no variable estimate, the error of C: give a whole dataset of compute_ics")
+        raise WrongInput(
+            "ics: the variable estimate (error of C) is missing; give a complete dataset of compute_ics"
+        )
     return errors_in(ics)
 
 
 @dataclass(frozen=True, eq=False)
 class FittedPair:
-    """A pair whose B-hat-prime is fitted to C, and the fit.
+    """A pair with B-hat-prime fitted to C, and the fit.
 
     Variables of `fit`: `value` (body, parameter) of the effective properties, with `covariance` and `note`;
     `rms` and `worst` (body, component), deviations from C as shares of its largest value; `c`, `estimate` and
@@ -127,11 +130,11 @@ def fit_bhat_prime(
     curvature_apart: bool = False,
     options: Options = DEFAULT,
 ) -> FittedPair:
-    """Fit B-hat-prime to C under a load on a patch, at points of lines along x (docs/how-to/calibration.md).
+    """Fit B-hat-prime to C under a load on a patch, on lines along x (docs/how-to/calibration.md).
 
-    Of the `bodies` "combined", both together, "lower" or "upper", the `properties` "mismatch_k", "G" or "nu"
-    become functions of the distance from the load, such that `components` are as close to C as possible. With
-    `curvature_apart` those of "combined" leave out the curvature of wheels.
+    The `properties` "mismatch_k", "G" or "nu" of the `bodies` "combined", "lower" or "upper" become functions
+    of the distance from the load that bring `components` as close to C as possible. With `curvature_apart`,
+    the properties of "combined" exclude the curvature of wheels.
 
     Raises WrongInput, and Failure where C cannot be computed to the tolerance.
     """

@@ -32,7 +32,7 @@ def by_label(
             )
     for dim in order:
         if dim not in labelled.coords and dim != "point":
-            raise WrongInput(f"{name}: no labels along {dim}: give a dataset of {maker}, which has them")
+            raise WrongInput(f"{name}: no labels along {dim}; give a dataset of {maker}")
     labelled = labelled.transpose(*order, ...)
     for dim in ("i", "j"):
         labels = [str(label) for label in labelled[dim].values]

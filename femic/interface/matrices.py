@@ -1,4 +1,4 @@
-"""IC matrices: the ICs of all pairs of elements of a grid, by their lag along x and their strips."""
+"""IC matrices: ICs of all pairs of elements of a grid, by lag along x and by strips."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -39,15 +39,15 @@ SAME_PLACE = 1e-6  # of an element, by which labels may be off
 def compute_matrix(
     pair: Pair, grid: Grid, ics: str = "C", options: Options = DEFAULT, *, discount: Discount = "approach"
 ) -> xr.Dataset:
-    """Compute the IC matrix of both bodies together on a grid, for contact programs.
+    """Compute the combined IC matrix of a pair on a grid, for contact programs.
 
-    `ics` is "C" or the name of an approximation, also with exchanged components: "Bhat+sn:B". The variable
-    `ic` (lag, observed, loaded, i, j) [mm/MPa] is the displacement i on an observed strip, at a lag along x
-    from an element of a loaded strip with traction j; with C comes its estimated error, `estimate` [mm/MPa].
-    At negative lags xs, sx, xn and nx change their signs.
+    `ics` is "C" or the name of an approximation, which may have exchanged components such as "Bhat+sn:B". The
+    variable `ic` (lag, observed, loaded, i, j) [mm/MPa] is the displacement i on the observed strip under a
+    traction j on an element of the loaded strip, at a lag along x. For C there is also the estimated error
+    `estimate` [mm/MPa]. At negative lags, xs, sx, xn and nx change sign.
 
-    `discount` says what is taken from C: "approach", the rigid part of the normal approach; "source", as in
-    [BVSV], all that has to go before single loads are compared with half-spaces; or "none".
+    `discount` says what is subtracted from C: "approach", the rigid part of the normal approach; "source",
+    everything that [BVSV] subtracts before comparing single loads with half-spaces; or "none".
 
     Raises WrongInput, and Failure where C cannot be computed to the tolerance.
     """
@@ -77,9 +77,9 @@ def label_matrix(
 ) -> xr.Dataset:
     """Return ICs from elsewhere in the form of `compute_matrix`, which `solve_contact` takes.
 
-    `ics` and `estimate`, their estimated error, have the shape (n_x, n_s, n_s, 3, 3) [mm/MPa]: lag, observed
-    and loaded strip, displacement i and traction j along x, s, n. Of labelled ones, such as the variables of
-    `compute_matrix`, the labels decide, in any order. `name` says what they are.
+    `ics` and their estimated error `estimate` have the shape (n_x, n_s, n_s, 3, 3) [mm/MPa]: lag, observed
+    strip, loaded strip, displacement i and traction j along x, s, n. Labelled arrays, such as the variables
+    of `compute_matrix`, are read by their labels, in any order. `name` is the name shown in results.
 
     Raises WrongInput for another shape or other labels, and for numbers that are not finite.
     """
@@ -148,9 +148,9 @@ def write_for_contact(
 ) -> None:
     """Write an IC matrix, labelled as by `compute_matrix`, to a file for the program CONTACT.
 
-    With a vertical `approach` [mm] the distances of the bodies on the grid after it, along n, are written to
-    `contact_distances.txt` beside the file, x fastest, as CONTACT takes them with N = 0. `femic export`
-    prints what else has to be set there. Raises WrongInput.
+    If you give a vertical `approach` [mm], the distances of the bodies along n after this approach are
+    written to `contact_distances.txt` next to the file, x fastest, as CONTACT reads them with N = 0. `femic
+    export` prints the other settings for CONTACT. Raises WrongInput.
     """
     ics, path = ordered("ics", ics), new_file(path)
     scene = make_scene(pair, DEFAULT, {"grid": asdict(matrix_grid(ics))})

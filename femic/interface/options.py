@@ -1,8 +1,7 @@
 """How C is computed: the accuracy, the engine, and what is kept of it.
 
-Calls that compute wait for each other where a program has several threads: Gmsh has one model per process,
-which the sections and solids of C are meshed in, and ends the process where two threads change it. Processes
-compute side by side.
+If a program has several threads, calls that compute wait for each other: Gmsh has one model per process and
+crashes if two threads change it. Separate processes compute in parallel.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -52,13 +51,12 @@ NAME = "pair"  # of scenes that Python describes, in messages
 class Options:
     """How C is computed.
 
-    `tolerance` is the estimated error of C that is good enough, a share of the largest value on the line.
-    `engine` is "harmonic", which takes seconds, or "solid", 3D finite elements, which takes minutes. Sections
-    are clamped at a far arc of `far_radius` [mm]: a given one is a support of the bodies, which stays there
-    and is part of the answer; by default it is as far away as a body without end needs, to the tolerance.
-    No model has more than `most_unknowns`. Solved models are stored in the folder or at the URL `store`,
-    where one is given, and not solved again. `report`, such as `print`, is called with a line of text about
-    each step. Raises WrongInput.
+    `tolerance` is the largest estimated error of C, relative to the largest value on the line. `engine` is
+    "harmonic" (seconds) or "solid" (3D finite elements, minutes). Sections are clamped at a far arc of
+    `far_radius` [mm]. If you give this radius, the arc is a fixed support of the bodies; by default femic
+    places it far enough for a body without end, to the tolerance. `most_unknowns` limits the size of a model.
+    If you give a `store` (folder or URL), solved models are kept there and not solved again. `report`, such
+    as `print`, is called with a line of text for each step. Raises WrongInput.
     """
 
     tolerance: float = 0.01

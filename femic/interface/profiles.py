@@ -25,13 +25,13 @@ from geometries.profiles.standards import NAMED
 
 @dataclass(frozen=True)
 class Profile:
-    """A rail or a wheel: the profile of a `file`, smoothed, or `standard`, one of the package such as "60E1".
+    """A rail or a wheel: the smoothed profile of a `file`, or a built-in one, `standard`, such as "60E1".
 
-    What the file does not show has to be given: its `kind`, "rail" or "wheel"; `axes`, where y grows and z
-    points in it, as "centre down"; its `unit`; and the number of the `surface`, where it has several. A list
-    of sections (.slcs, .slcw) has a number `section` from 1 on, or a position `section_at`. `tolerance` is
-    the rms distance of the points from the curve [mm], or "cross-validation", which finds it; with 0 the
-    curve goes through all points. Raises WrongInput.
+    Give what the file does not show: its `kind`, "rail" or "wheel"; `axes`, the directions of y and z, such
+    as "centre down"; its `unit`; and the number of the `surface`, if the file has several. For a list of
+    sections (.slcs, .slcw), give the number `section`, counted from 1, or the position `section_at`.
+    `tolerance` is the rms distance of the points from the curve [mm], or "cross-validation" to find it; with
+    0 the curve passes through all points. Raises WrongInput.
     """
 
     file: str | Path | None = None
@@ -79,11 +79,11 @@ class Profile:
 
     @property
     def data(self) -> xr.Dataset:
-        """The curve over its arc length s [mm] from the gauge side, its points, and how it was understood.
+        """The curve over its arc length s [mm] from the gauge side, its points, and how the file was read.
 
-        y grows to the field side, z upwards. `residual` [mm] is the distance of the points from the curve;
-        `inclination` [rad] is positive where the curve falls as y grows. The attribute `notes` has sentences
-        about what was done.
+        y points to the field side, z up. `residual` [mm] is the distance of the points from the curve.
+        `inclination` [rad] is positive where the curve falls with increasing y. The attribute `notes`
+        describes what was done.
         """
         return self._read[0].copy()
 
@@ -99,9 +99,9 @@ class Profile:
     ) -> ProfileTable:
         """Return the contour with its contact centre at `y_centre` [mm], or at an arc length `s_centre` [mm].
 
-        The section is turned about it: by a `rail_inclination`, such as 0.025 for 1:40, and by `turn_deg`
-        [degrees] from y to z; a wheel with a rolling radius cannot be turned. Where it is steeper than
-        `steepest_deg` [degrees] the contour goes on along its tangent. Raises WrongInput.
+        The section turns about the contact centre: by a `rail_inclination`, such as 0.025 for 1:40, and by
+        `turn_deg` [degrees] from y to z. A wheel with a rolling radius cannot be turned. Where the contour is
+        steeper than `steepest_deg` [degrees], it continues along its tangent. Raises WrongInput.
         """
         place = {"y_centre": y_centre, "s_centre": s_centre, "rail_inclination": rail_inclination}
         turn = {"turn_deg": turn_deg, "steepest_deg": steepest_deg}
@@ -131,15 +131,15 @@ def compute_shifts(
     tables: Mapping[str, Any] | None = None,
     options: Options = DEFAULT,
 ) -> xr.Dataset:
-    """Set a wheelset on its track at lateral `shifts` [mm], and solve the contacts of both wheels.
+    """Place a wheelset on its track at lateral `shifts` [mm] and solve the contacts of both wheels.
 
-    `tables` has further keys of a specification (docs/how-to/shifts.md): of "track", "wheelset", "contact",
-    with the load and the ICs, and of "rail" and "wheel", such as E and flange_back. Of `options` only
-    workers, store and report count.
+    `tables` takes further keys of a specification (docs/how-to/shifts.md): "track", "wheelset" and "contact",
+    which has the load and the ICs, and keys of "rail" and "wheel" such as E and flange_back. Only workers,
+    store and report of `options` have an effect.
 
-    Variables of the result have units and meanings: where rail and wheel touch and rolling radii, by shift
-    and side; forces, pressures [MPa] and patches also by ICs. What is not possible is NaN, and the attribute
-    `refused` has the reasons. Raises WrongInput, and Failure where no shift is possible.
+    The variables of the result have units and meanings: contact points and rolling radii by shift and side;
+    forces, pressures [MPa] and patches also by ICs. Impossible shifts are NaN, and the attribute `refused`
+    gives the reasons. Raises WrongInput; raises Failure if no shift is possible.
     """
     keys: dict[str, Any] = {"shifts": shifts}
     for kind, profile in (("rail", rail), ("wheel", wheel)):

@@ -34,8 +34,8 @@ def gmsh_session() -> Iterator[ModuleType]:
         import gmsh
     except OSError as error:
         raise Failure(
-            f"Gmsh cannot be loaded: {error}. Run `sh tools/system-libraries.sh`: it installs "
-            "the missing system packages, or says what to ask the administrator for"
+            f"Gmsh cannot be loaded: {error}. Run `sh tools/system-libraries.sh`, which installs the "
+            "missing system packages or lists what to request from the administrator"
         ) from error
     gmsh.initialize(interruptible=False)
     # Gmsh lets writes to closed connections end the process (SIGPIPE): they shall raise again. Python can say

@@ -137,7 +137,7 @@ def solve_to_tolerance(
         refinements = next_levels(jobs, results, assess(results))
         if not refinements:
             return results
-        options.watch.on_stage(f"  {' and '.join(refinements)} body: not yet within the tolerance: refining")
+        options.watch.on_stage(f"  {' and '.join(refinements)} body: not yet within the tolerance; refining")
         levels |= refinements
 
 

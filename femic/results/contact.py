@@ -47,8 +47,7 @@ def require_solvable(scene: Scene, given: Collection[str] = ()) -> None:
         )
     if (maps := map_names(specification.ics)) and specification.friction:
         raise BadScene(
-            f"{scene.name}: contact.ics: {maps[0]}: maps of C have nn only, for contact without friction; "
-            "use C"
+            f"{scene.name}: contact.ics: {maps[0]}: maps of C hold nn only, for frictionless contact; use C"
         )
     misfits: list[str] = []
     if C in specification.ics and C not in given:
@@ -186,7 +185,7 @@ def to_dataset(scene: Scene, solution: FrictionlessContacts) -> xr.Dataset:
     softest = min(body.material.E for body in scene.bodies.values())
     per_square, _ = finite_strain_shares(1.0, softest, load_given=by_load)
     dataset["finite_strain_p_max"] = (dataset.p_max**2 * per_square).assign_attrs(
-        units="MPa", long_name="change of p_max by finite strains, at most"
+        units="MPa", long_name="largest change of p_max by finite strains"
     )
     references = {
         f"{grid.n_x} x {grid.n_s} x {grid.dx:g} x {grid.ds:g} mm": {

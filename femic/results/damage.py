@@ -38,19 +38,15 @@ OF_DAMAGE = {
     "p_max": Number("p_max", "MPa", "largest pressure"),
     "work": Number("W", "J/m", "work of friction per rolled distance"),
     "t_gamma": Number("Tγ", "N", "forces times creepages"),
-    "t_gamma_with_spin": Number("Tγ + Mω", "N", "forces times creepages, with spin"),
-    "utilised_friction": Number("μ_used", "1", "tangential over normal force"),
-    "largest_depth_energy": Number("depth, energy", "nm", "largest depth worn per passage, by energy"),
-    "largest_depth_twin_disc": Number(
-        "depth, BRR", "nm", "largest depth worn per passage, by T-gamma over area"
-    ),
-    "largest_depth_Archard": Number("depth, Archard", "nm", "largest depth worn per passage, by Archard"),
-    "pressure_ratio": Number("p_max/k", "1", "largest pressure over the yield stress in shear"),
-    "shakedown_limit": Number(
-        "limit", "1", "limit of p_max/k in the shakedown map, without residual shear along x"
-    ),
-    "load_factor": Number("limit/(p_max/k)", "1", "below 1 the contact may ratchet"),
-    "surface_index": Number("FI_surf", "1", "index of surface fatigue; above 0 cracks start"),
+    "t_gamma_with_spin": Number("Tγ + Mω", "N", "forces times creepages, including spin"),
+    "utilised_friction": Number("μ_used", "1", "utilised friction: tangential force divided by normal force"),
+    "largest_depth_energy": Number("depth, energy", "nm", "largest wear depth per passage, energy law"),
+    "largest_depth_twin_disc": Number("depth, BRR", "nm", "largest wear depth per passage, T-gamma/area law"),
+    "largest_depth_Archard": Number("depth, Archard", "nm", "largest wear depth per passage, Archard's law"),
+    "pressure_ratio": Number("p_max/k", "1", "largest pressure divided by the yield stress in shear"),
+    "shakedown_limit": Number("limit", "1", "shakedown limit of p_max/k, without residual shear along x"),
+    "load_factor": Number("limit/(p_max/k)", "1", "shakedown factor; below 1 the material may ratchet"),
+    "surface_index": Number("FI_surf", "1", "surface fatigue index; above 0 cracks can start"),
 }
 REGIMES = ["mild", "severe", "catastrophic"]
 NANO, MICRO = 1e6, 1e3  # nm and µm per mm
@@ -100,7 +96,7 @@ def compute_damage(solution: RollingSolution, specification: DamageSpecification
             "depth": (
                 ("law", "s"),
                 NANO * np.stack(depths),
-                {"units": "nm", "long_name": "depth worn per passage (rail) or revolution (wheel)"},
+                {"units": "nm", "long_name": "wear depth per passage (rail) or revolution (wheel)"},
             ),
             "regime_share": (
                 "regime",
@@ -153,7 +149,7 @@ def compute_wear(solution: RollingSolution, specification: DamageSpecification) 
                 ) from error
     first, last = fine[0], fine[-1]
     deepest = [np.max(contacts[-1].depths, axis=1) for contacts in (larger, fine)]
-    meaning = "depth worn after all passages and revolutions"
+    meaning = "wear depth after all passages and revolutions"
     p_max = [float(np.max(one.rolling.contact.p[..., N])) for one in (first, last)]
     return xr.Dataset(
         {

@@ -69,7 +69,7 @@ def missed_contact(scene: Scene) -> str:
     try:
         size = contact_size(pair_on_grid(scene.contact_problem, grid), loading)
     except Failure as failure:
-        return f"whether contact is on the grid is not known: {failure}"
+        return f"femic cannot tell whether the contact lies on the grid: {failure}"
     low, high = grid.extent
     half = grid.n_x * grid.dx / 2
     if low <= size.s[0] and size.s[1] <= high and size.x[1] <= half:
@@ -95,18 +95,18 @@ def distances(scene: Scene) -> tuple[Array, float, str]:
     the bodies just touch.
     """
     on_grid, loading = pair_on_grid(scene.contact_problem, scene.grid), largest_loading(scene)
-    approach, meaning = 0.0, "the bodies just touch: subtract zeta cos(delta) for an approach zeta"
+    approach, meaning = 0.0, "the bodies just touch; subtract zeta cos(delta) for an approach zeta"
     if loading is not None:
         try:
             contact = on_grid.solve(on_grid.operator(SIZING), loading)
         except Failure as failure:
-            meaning = f"the bodies just touch, as no approach was found: {failure}"
+            meaning = f"the bodies just touch, because no approach was found: {failure}"
         else:
             on_grid, approach = contact.on_grid, contact.normal.approach
             by_load = f"the approach by B-hat at {loading}; the load is a result"
             meaning = by_load if loading.approach is None else "as contact.approaches says"
             if scene.contact.exact:
-                meaning += "; linearised, whatever contact.gap says"
+                meaning += "; linearised, regardless of contact.gap"
     return distances_after(on_grid, approach), approach, meaning
 
 
@@ -133,10 +133,10 @@ SUFFIXES: dict[Discount | None, str] = {None: "", "approach": "", "source": "_so
 def require_exportable(scene: Scene, ics: str, discount: Discount | None = None) -> None:
     """Raise BadScene for a grid or an engine that does not fit, WrongInput for ICs that are not available."""
     if "combined" not in scene.compared:
-        raise WrongInput("bodies: CONTACT needs the ICs of both bodies together: add 'combined'")
+        raise WrongInput("bodies: CONTACT needs the combined ICs of the two bodies; add 'combined'")
     if discount and ics != C:
         raise WrongInput(
-            f"discount = {discount}, ics = {ics}: approximations have no discount: leave --discount out, or "
+            f"discount = {discount}, ics = {ics}: the discount applies to C only; leave --discount out, or "
             "give --ics C"
         )
     is_variant = ics in VARIANTS
@@ -169,8 +169,8 @@ def export(
     has_effective = scene.pair.has_effective("combined")
     if ics in VARIANTS and not has_effective and any(form.effective for form in needed_forms([ics])):
         watch.on_stage(
-            f"note: {ics}: the scene has no effective properties, so xn is that of A: femic calibrate fits "
-            "them"
+            f"note: {ics}: the scene has no effective properties, so xn is taken from A; femic calibrate "
+            "fits them"
         )
     values, approach, meaning = distances(placed)
     on_grid = pair_on_grid(placed.contact_problem, placed.grid)
@@ -201,19 +201,18 @@ def contact_settings(scene: Scene, file: ContactFile, path: Path, approach: floa
     strips = (
         "one matrix for all strips, one strip and one lag more than CONTACT's grid"
         if file.one_for_all
-        else f"{file.n_s} matrices, one a loaded strip, {file.n_x} lags"
+        else f"{file.n_s} matrices, one per loaded strip, {file.n_x} lags"
     )
     upper, lower = (scene.bodies[name].material for name in ("upper", "lower"))
     return (
-        f"CONTACT file: {path}: {strips}{RAW if raw else ''}\n"
-        f"set in CONTACT: MX = {grid.n_x} or less, MY = {grid.n_s}{' or less' if file.one_for_all else ''}, "
-        f"XL = {-grid.n_x * grid.dx / 2:g}, YL = {grid.extent[0]:g}, DX = {grid.dx:g}, DY = {grid.ds:g} mm; "
-        f"CHI = 0, DQ = {grid.dx:g} if it rolls; body 1 = upper: POISS = {upper.nu:g}, {lower.nu:g}, "
-        f"GG = {upper.G:.8g}, {lower.G:.8g} MPa; MAXOUT > 1\n"
-        f"distances: {path.with_name(FILE)}: h(x, s) - zeta cos(delta(s)) [mm], x fastest, for "
-        f"IBASE = 9 with N = 0, PEN = 0; zeta = {approach:.6g} mm, {meaning}\n"
-        "note: CONTACT does not notice other XL, YL, CHI, DQ, POISS, GG, or swapped bodies; contact must "
-        "stay clear of the grid's edges, by three elements"
+        f"CONTACT file: {path}: {strips}{RAW if raw else ''}\nset in CONTACT: MX = {grid.n_x} or less, MY "
+        f"= {grid.n_s}{' or less' if file.one_for_all else ''}, XL = {-grid.n_x * grid.dx / 2:g}, YL = "
+        f"{grid.extent[0]:g}, DX = {grid.dx:g}, DY = {grid.ds:g} mm; CHI = 0, DQ = {grid.dx:g} if it "
+        f"rolls; body 1 = upper: POISS = {upper.nu:g}, {lower.nu:g}, GG = {upper.G:.8g}, {lower.G:.8g} "
+        f"MPa; MAXOUT > 1\ndistances: {path.with_name(FILE)}: h(x, s) - zeta cos(delta(s)) [mm], x "
+        f"fastest, for IBASE = 9 with N = 0, PEN = 0; zeta = {approach:.6g} mm, {meaning}\nnote: CONTACT "
+        "does not detect wrong XL, YL, CHI, DQ, POISS, GG, or swapped bodies; keep the contact at least "
+        "three elements away from the edges of the grid"
     )
 
 

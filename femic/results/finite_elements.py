@@ -50,7 +50,7 @@ def compute_fe_contact(
             solved.append(_solve_or_load(scene, load, options, cells))
         except Failure as failure:
             failed.append(f"{load:g} N: {failure}")
-            options.watch.on_stage(f"  left out: {failed[-1]}")
+            options.watch.on_stage(f"  skipped: {failed[-1]}")
             solved.append(None)
     if len(failed) == len(solved):
         raise Failure("; ".join(failed))
@@ -102,9 +102,9 @@ def unsuitable(scene: Scene) -> list[tuple[str, str]]:
         ),
         "discount = 'source'": (
             scene.discount == "source",
-            "contact by C then lacks the bending of the bodies; take 'approach'",
+            "contact by C would then leave out the bending of the bodies; use 'approach'",
         ),
-        "outline of a body": (any(outlines), "leave it out: solid cells do not follow narrow webs"),
+        "outline of a body": (any(outlines), "leave it out; the solid mesh cannot follow narrow webs"),
     }
     return [(given, remedy) for given, (is_unsuitable, remedy) in found.items() if is_unsuitable]
 

@@ -199,20 +199,23 @@ BY_LINE = ("line", "i", "j")
 ERRORS = {  # variables of `errors.nc`: their dims besides the body, and meanings
     "error": (
         ("variant", *BY_LINE),
-        "max |v - C| over the line, share of max |C_ij| (`femic.ic_errors`); of 0.05 max |C_nn| where that "
-        "vanishes; C: its estimate",
+        "max |v - C| over the line, relative to max |C_ij| (`femic.ic_errors`), or to 0.05 max |C_nn| "
+        "where C_ij vanishes; for C: its estimated error",
     ),
-    "rms": (("variant", *BY_LINE), "root of the mean square over the line, share of the same"),
-    "weight": (("variant", *BY_LINE), "max |v - C| over the line, share of max |C_nn| there"),
-    "vanishes": (("i", "j"), "C_ij vanishes: by symmetry, or below ten times its estimate"),
+    "rms": (("variant", *BY_LINE), "root mean square over the line, relative to the same"),
+    "weight": (("variant", *BY_LINE), "max |v - C| over the line, relative to max |C_nn| there"),
+    "vanishes": (("i", "j"), "C_ij vanishes by symmetry, or is smaller than ten times its estimated error"),
     "estimate_refinement": (
         BY_LINE,
-        "estimate of C, share of the larger of max |C_ij| and 0.05 max |C_nn| on the line: what refinement "
-        "holds against the tolerance",
+        "estimated error of C, relative to the larger of max |C_ij| and 0.05 max |C_nn| on the line; "
+        "refinement compares it with the tolerance",
     ),
 }
 ACCURACY_OF_C = {  # further ones, of C with its check and of each solved body: all dims, and meanings
-    "estimate_both": (("body", *BY_LINE), "estimates of C and C_solid together, share as of error"),
+    "estimate_both": (
+        ("body", *BY_LINE),
+        "sum of the estimated errors of C and C_solid, relative as for error",
+    ),
     "solved_error": (("solved", *BY_LINE), "estimate of C of a solved body, share as of error"),
     "solved_vanishes": (("solved", "i", "j"), ERRORS["vanishes"][1]),
     "solved_refinement": (
@@ -272,7 +275,7 @@ def errors_in(dataset: xr.Dataset) -> xr.Dataset:
     Raises WrongInput for a dataset that has no C, and neither C_nn nor A_nn.
     """
     if "C" not in dataset.variant:
-        raise WrongInput("ics: without C there is nothing to compare with: compute it, too")
+        raise WrongInput("ics: the comparison needs C; compute it as well")
     line_names = dataset.line.values
     indices = {str(line): np.flatnonzero(line_names == line) for line in dict.fromkeys(line_names)}
     lines = {line: slice(points[0], points[-1] + 1) for line, points in indices.items()}
@@ -284,7 +287,7 @@ def errors_in(dataset: xr.Dataset) -> xr.Dataset:
         nn = own.ic.sel(i="n", j="n")
         known = [one for one in ("C", "A") if one in nn.variant and not np.any(nn.sel(variant=one).isnull())]
         if not known:
-            raise WrongInput("ics: errors are measured beside C_nn or A_nn: compute the component nn, or A")
+            raise WrongInput("ics: the error measure needs C_nn or A_nn; compute the component nn, or A")
         c, scale = own.ic.sel(variant="C").values, nn.sel(variant=known[0]).values
         measures[str(body)] = Measure(c, own.estimate.values, scale, lines, far)
     return _describe(_measured(dataset, measures))

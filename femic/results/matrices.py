@@ -47,9 +47,10 @@ from geometries.patches import COMPONENTS, DIRECTIONS
 
 SOURCE: Discount = "source"  # the discount after which C is compared with ICs of half-spaces
 DISCOUNTS = {
-    "approach": "The rigid part of the normal approach is subtracted from C; the rest is the response of the "
-    "bodies with their supports.",
-    "source": "All motions that [BVSV] discounts are subtracted from C, including bending of the sections.",
+    "approach": "Only the rigid part of the normal approach is subtracted from C. The rest is the "
+    "response of the bodies on their supports.",
+    "source": "All motions that [BVSV] discounts are subtracted from C, including the bending of the "
+    "sections.",
     "none": "Nothing is subtracted from C.",
 }
 
@@ -92,7 +93,7 @@ def discounted(scene: Scene) -> str:
     """Return sentences on the rigid part that is subtracted from C, and on the supports of the bodies."""
     given = [name for name, body in scene.bodies.items() if body.outline is not None]
     if len(given) == len(scene.bodies):
-        return f"{DISCOUNTS[scene.discount]} The sections are clamped where their outlines say."
+        return f"{DISCOUNTS[scene.discount]} The outlines define where the sections are clamped."
     hubs = [
         name
         for name, body in scene.bodies.items()
@@ -151,15 +152,28 @@ DIMENSIONS = ("body", "lag", "observed", "loaded", "i", "j")
 DIRECTIONS_LAST = 2, 3, 0, 1  # of a column (i, j, lag, observing strip)
 VARIABLES = (("ic", "f8", "C after the discount"), ("estimate", "f4", "estimated error of C"))
 DEVIATIONS = {  # from C after the source's discount, of C its estimate: of `Deviation`, and meaning
-    "displacement_error": ("own_displacement_error", "error of displacements, share of the component's own"),
-    "displacement_weight": ("displacement_error", "the same, share of displacements by normal tractions"),
+    "displacement_error": (
+        "own_displacement_error",
+        "error of displacements, relative to the displacements of the component",
+    ),
+    "displacement_weight": (
+        "displacement_error",
+        "the same, relative to displacements under normal tractions",
+    ),
     "displacement_vanishes": (
         "negligible",
-        "1: C causes no displacement that is known; errors are of a zero",
+        "1: the displacement that C causes is below its estimated error; approximations are compared with "
+        "zero",
     ),
-    "entry_error": ("worst", "error of entries far from the load, share of the component's largest there"),
-    "near_entry_error": ("near", "error of entries near the load, share of A_nn there"),
-    "entry_vanishes": ("vanishing", "1: C vanishes far from the load; errors are shares of 0.05 max |C_nn|"),
+    "entry_error": (
+        "worst",
+        "error of entries far from the load, relative to the largest entry of the component there",
+    ),
+    "near_entry_error": ("near", "error of entries near the load, relative to A_nn there"),
+    "entry_vanishes": (
+        "vanishing",
+        "1: C vanishes far from the load; errors are relative to 0.05 max |C_nn|",
+    ),
 }
 
 

@@ -103,7 +103,7 @@ def require_stresses(scene: Scene) -> None:
         )
     if maps := map_names(scene.contact.ics):
         raise BadScene(
-            f"{scene.name}: contact.ics: {maps[0]}: maps of C give pressures only; use C, or --ics A,Bhat,C"
+            f"{scene.name}: contact.ics: {maps[0]}: maps of C only give pressures; use C, or --ics A,Bhat,C"
         )
     require_none(scene.name, body_limit_misfits(scene))
     one = with_one_contact(scene)
@@ -314,4 +314,4 @@ def _deepest(body: Body, s: Array, depth: float) -> float:
         if np.all((along[0] * n_z - along[1] * n_y) / np.diff(s) >= LEAST_SPREAD):
             return depth
         depth *= SHRINKING
-    raise Failure("the body is too thin below the contact for stresses inside it")
+    raise Failure("the body is too thin below the contact to compute stresses inside it")

@@ -67,7 +67,7 @@ def compute_shifts(specification: ShiftsFile, text: str = "", options: RunOption
     study = Study(specification, layout, options)
     positions, refused = _positions(layout, specification)
     for shift, reason in refused.items():
-        options.watch.on_stage(f"shift {shift} mm is left out: {reason}")
+        options.watch.on_stage(f"shift {shift} mm was skipped: {reason}")
     solved = dict(contacts(study, positions, refused))
     if not solved:
         raise Failure(f"shifts: no contact was found: {next(iter(refused.values()))}")
@@ -113,7 +113,7 @@ def _positions(layout: Layout, specification: ShiftsFile) -> tuple[dict[float, P
         except Failure as failure:
             refused[f"{shift:g}"] = str(failure)
     if not positions:
-        raise Failure(f"shifts: none is possible: {next(iter(refused.values()))}")
+        raise Failure(f"shifts: none of the shifts is possible: {next(iter(refused.values()))}")
     return positions, refused
 
 
@@ -136,9 +136,9 @@ ABSENT = {  # what holds where there is no value
     "rolls": "follow: both wheels touch",
     "right_rail": "as the left one",
     "right_wheel": "as the left one",
-    "contact.c_above_deg": "none: no contact with C",
-    "rolling": "none: contacts without friction",
-    "rolling.by_angle": "the same at all contact angles",
+    "contact.c_above_deg": "none: C is not used",
+    "rolling": "none: the contacts are frictionless",
+    "rolling.by_angle": "constant over the contact angle",
 }
 
 
@@ -156,9 +156,8 @@ def require_track(specification: ShiftsFile) -> None:
     ]
     if rail_files and missing:
         raise WrongInput(
-            f"{rail_files[0]}.profile is a file, and the specification does not say on which track it "
-            f"runs: give {', '.join(missing)}, or what they are there (rail_inclination = 0 where the "
-            "points of the rail are inclined already)"
+            f"{rail_files[0]}.profile is a file, and the specification does not describe the track: give "
+            f"{', '.join(missing)} (rail_inclination = 0 if the points of the rail are already inclined)"
         )
 
 
@@ -225,7 +224,7 @@ def assumed_text(used: dict[str, dict[str, Any]]) -> str:
         is_number = isinstance(entry["value"], float | tuple) and "." in key
         if entry["origin"] == ASSUMED and is_number and key != "contact.ics":
             parts.append(f"{key} = {value_text(entry['value'])}{f' {unit[1]}' if unit else ''}")
-    return f"Assumed, because the specification does not say: {', '.join(parts)}." if parts else ""
+    return f"Assumed values that the specification does not give: {', '.join(parts)}." if parts else ""
 
 
 # --- the rolling wheelset -------------------------------------------------------------------------------

@@ -30,13 +30,13 @@ DRAWN = 0.25  # mm between points of the sections that are drawn
 TOUCHING = {  # of a touching point, by name: unit and meaning
     "contact_angle": ("deg", "contact angle, positive on the flange"),
     "radius": ("mm", "rolling radius"),
-    "y": ("mm", "touching point: distance from the middle of the track"),
-    "z": ("mm", "touching point: height over the rail tops"),
-    "s_rail": ("mm", "touching point: arc length on the rail from its top, positive to the field side"),
+    "y": ("mm", "contact point: distance from the middle of the track"),
+    "z": ("mm", "contact point: height above the rail tops"),
+    "s_rail": ("mm", "contact point: arc length from the top of the rail, positive to the field side"),
     "curvature_rail": ("1/mm", "curvature of the rail, positive on a crown"),
     "curvature_wheel": ("1/mm", "curvature of the wheel, positive in its root"),
-    "second_gap": ("mm", "distance of the next touching point; none within 0.5 mm: NaN"),
-    "second_angle": ("deg", "contact angle of the next touching point"),
+    "second_gap": ("mm", "gap at the second contact point; NaN if there is none within 0.5 mm"),
+    "second_angle": ("deg", "contact angle at the second contact point"),
 }
 
 
@@ -44,9 +44,9 @@ def wheelset(specification: ShiftsFile, positions: dict[float, Position]) -> xr.
     """Return roll, height and rolling-radius difference over all shifts."""
     known = [positions.get(shift) for shift in specification.shifts]
     quantities: dict[str, tuple[Callable[[Position], float], str, str]] = {
-        "roll": (lambda at: 1e3 * at.roll, "mrad", "roll, positive where the left wheel is higher"),
+        "roll": (lambda at: 1e3 * at.roll, "mrad", "roll, positive if the left wheel is higher"),
         "axle_shift": (lambda at: at.shift, "mm", "shift of the middle of the axle"),
-        "height": (lambda at: at.height, "mm", "height of the axle over the rail tops"),
+        "height": (lambda at: at.height, "mm", "height of the axle above the rail tops"),
         "rrd": (
             lambda at: at.rolling_radius_difference,
             "mm",

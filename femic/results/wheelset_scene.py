@@ -44,7 +44,9 @@ def write_scene(
     require_track(specification)
     if specification.rolls and shift not in specification.shifts:
         known = ", ".join(f"{each:g}" for each in specification.shifts)
-        raise WrongInput(f"--write {shift:g}: rolls are given at the shifts {known} mm alone: name one")
+        raise WrongInput(
+            f"--write {shift:g}: rolls are only given at the shifts {known} mm; choose one of them"
+        )
     side = side or ("left" if shift >= 0 else "right")
     sections = prepare_sections(specification)
     layout = lay_out_wheelset(specification, sections)
@@ -71,7 +73,9 @@ def write_scene(
             "lateral": sign * rolling.lateral,
             "spin": sign * rolling.spin,
         }
-        remarks.append("The specification rolls: for creep forces and wear give in [contact] instead of gap")
+        remarks.append(
+            "The specification has [rolling]. For creep forces and wear, give in [contact] instead of gap"
+        )
         remarks += [f"{INDENT}{key} = {as_toml(value)}" for key, value in keys.items() if value]
     comments = "".join(f"# {remark}\n" for remark in remarks)
     k, touch = SIDES.index(side), place.touch

@@ -61,7 +61,7 @@ class PlaneTable(SceneTable):
 class ArcTable(SceneTable):
     """A circular arc continued by its tangents."""
 
-    kind: Literal["arc"] = Field(description="circular arc + straight flanks")
+    kind: Literal["arc"] = Field(description="circular arc with straight flanks")
     radius: ArcRadius = Field(description="radius of the arc [mm]; negative: a groove")
     flank_inclination_deg: Flanks = Field(description="inclination of both flanks, or [left, right] [deg]")
 
@@ -73,7 +73,7 @@ class ArcTable(SceneTable):
 class EllipseTable(SceneTable):
     """An elliptic arc continued by its tangents."""
 
-    kind: Literal["ellipse"] = Field(description="ellipse + straight flanks")
+    kind: Literal["ellipse"] = Field(description="ellipse with straight flanks")
     b_el: Length = Field(description="lateral semi-axis [mm]")
     d_el: Length = Field(description="vertical semi-axis [mm]")
     flank_inclination_deg: Flanks = Field(
@@ -90,9 +90,11 @@ class PointsTable(SceneTable):
 
     kind: Literal["points"] = Field(description="smooth curve through points")
     file: ExistingFile | None = Field(
-        None, description="text file of two columns y, z [mm], y growing; # comments"
+        None, description="text file with two columns y, z [mm], y increasing; # comments"
     )
-    points: Several[TwoOf[Place]] = Field((), description="instead of a file: [[y, z], ...] [mm], y growing")
+    points: Several[TwoOf[Place]] = Field(
+        (), description="points [[y, z], ...] [mm] instead of a file, y increasing"
+    )
     y_centre: Place = Field(0.0, description="y of the contact centre [mm]")
 
     @model_validator(mode="after")
@@ -157,19 +159,21 @@ class OutlineTable(SceneTable):
 
     points: Several[TwoOf[Place]] = Field(
         (),
-        description="[[y, z], ...] [mm] from the contour's end at s > 0 round the body to its end at s < 0, "
-        "in the axes of the contour, those of the profile with contour.kind = 'profile'",
+        description="points [[y, z], ...] [mm] from the end of the contour at s > 0 around the body to "
+        "its end at s < 0, in the axes of the contour; with contour.kind = 'profile', in the axes of the "
+        "profile",
     )
     file: ExistingFile | None = Field(
-        None, description="instead of points: text file of two columns y, z [mm]; # comments"
+        None, description="text file with two columns y, z [mm] instead of points; # comments"
     )
     standard: RailName | None = Field(
         None,
-        description="instead of points: a rail below the sides of its head, clamped at the base of its foot",
+        description="standard rail instead of points: the part below the sides of the head, clamped at "
+        "the base of the foot",
     )
     clamped: TwoOf[Number] | None = Field(
         None,
-        description="numbers of two of the points, counted from 1: the edges between them are clamped, the "
+        description="numbers of two points, counted from 1; the edges between them are clamped, all "
         "others are free",
     )
 
@@ -178,7 +182,7 @@ class OutlineTable(SceneTable):
         if (self.file is not None) + bool(self.points) + (self.standard is not None) != 1:
             raise ValueError("give either points, file or standard")
         if (self.clamped is None) == (self.standard is None):
-            raise ValueError("give clamped, two numbers, with points or a file; a standard has its own")
+            raise ValueError("give clamped (two numbers) with points or a file, but not with a standard")
         return self
 
     def outline(self, contour: ContourTable) -> SectionOutline:
@@ -186,8 +190,8 @@ class OutlineTable(SceneTable):
         if self.standard is not None:
             if not isinstance(contour, ProfileTable):
                 raise WrongInput(
-                    f"outline.standard = {self.standard!r}: is in the axes of a profile: give "
-                    "contour.kind = 'profile', or the points"
+                    f"outline.standard = {self.standard!r}: its points are in the axes of a profile; give "
+                    "contour.kind = 'profile', or points"
                 )
             section = RAIL_SECTIONS[self.standard].outline
             return section.at(contour.placed(section.corners))
@@ -219,14 +223,15 @@ class BodyTable(SceneTable):
     contour: AnyContour = Field(description="contact contour in (y, z)")
     rolling_radius: Annotated[float, Field(ge=LEAST_LENGTH), AfterValidator(_finite_or_prismatic)] = Field(
         np.inf,
-        description="radius of the circle through the contact centre [mm]; for C and stresses 20 ... inf "
-        "(solid engine: 50); inf: prismatic",
+        description="rolling radius at the contact centre [mm]; for C and stresses 20 ... inf (solid "
+        "engine: 50 ... inf); inf: prismatic",
     )
     hub_radius: Length | None = Field(
-        None, description="radius of the clamped hub [mm]; default: 0.2 rolling_radius, the least allowed"
+        None,
+        description="radius of the clamped hub [mm]; default: 0.2 rolling_radius, the smallest value allowed",
     )
     outline: OutlineTable | None = Field(
-        None, description="a table: the shape and the supports of the body; default: far arc or hub"
+        None, description="table with the shape and the supports of the body; default: far arc or hub"
     )
 
     def body(self, name: str, side: int, domain: Domain) -> Body:

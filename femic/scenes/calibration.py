@@ -31,7 +31,7 @@ Curvature = Literal["contained", "apart"]
 class TransitionTable(SceneTable):
     """A property that changes with the distance from the load until it has its far value at r_inf."""
 
-    far: Signed = Field(description="its value at r_inf and beyond")
+    far: Signed = Field(description="value at r_inf and beyond")
     r_inf: Length = Field(description="distance from the load [mm]")
     m: Exponent = Field(description="exponent near the load")
     n: Exponent = Field(description="exponent near r_inf")
@@ -50,14 +50,15 @@ class CombinedTable(PropertiesTable):
 
     curvature: Curvature = Field(
         "contained",
-        description="of wheels along x. contained: in the properties; apart: added as B-hat has it",
+        description="curvature of wheels along x. contained: included in the properties; apart: added as "
+        "in B-hat",
     )
 
 
 class EffectiveTable(SceneTable):
     """The effective properties that Bhat_prime uses."""
 
-    combined: CombinedTable | None = Field(None, description="of both bodies together")
+    combined: CombinedTable | None = Field(None, description="of the two bodies combined")
     lower: PropertiesTable | None = Field(None, description="of the lower body")
     upper: PropertiesTable | None = Field(None, description="of the upper body")
 
@@ -77,7 +78,7 @@ class EffectiveTable(SceneTable):
             transitions = {name: Transition(**dict(value)) for name, value in values.items() if value}
             if not transitions:
                 raise BadScene(
-                    f"effective.{body}: names no property; give one of {', '.join(names)}, or leave it out"
+                    f"effective.{body}: no property given; name one of {', '.join(names)}, or leave it out"
                 )
             try:
                 given[body] = EffectiveProperties(**transitions)
@@ -90,11 +91,11 @@ def effective_misfits(scene: Scene) -> Iterator[str]:
     """Yield where effective properties are missing."""
     if needing := [] if scene.fitted else [name for name in scene.variants if needs_effective(name)]:
         yield (
-            f"variants: {needing[0]} needs effective properties of what is compared: add a table "
+            f"variants: {needing[0]} needs effective properties of the compared bodies; add a table "
             "[effective.combined.mismatch_k] with far, r_inf, m, n (or of lower, upper; of G, nu)"
         )
     if scene.ics in VARIANTS and needs_effective(scene.ics) and not scene.fitted:
-        yield f"ics = {scene.ics!r}: the scene has no effective properties; femic calibrate finds some"
+        yield (f"ics = {scene.ics!r}: the scene has no effective properties; run femic calibrate to fit them")
 
 
 # --- [calibration] --------------------------------------------------------------------------------------
@@ -108,17 +109,19 @@ PropertyName = Literal["mismatch_k", "G", "nu"]
 class CalibrationTable(SceneTable):
     """Fit by `femic calibrate`: Bhat_prime to C at the points of lines with x_min < x <= x_max."""
 
-    bodies: Several[BodyName] = Field(("combined",), min_length=1, description="whose properties to fit")
+    bodies: Several[BodyName] = Field(
+        ("combined",), min_length=1, description="bodies whose properties are fitted"
+    )
     properties: Several[PropertyName] = Field(
-        ("mismatch_k",), min_length=1, description="which properties vary with the distance"
+        ("mismatch_k",), min_length=1, description="properties that vary with the distance"
     )
     components: Several[Component] = Field(
-        ("xn",), min_length=1, description="components to fit to, each counts alike"
+        ("xn",), min_length=1, description="components to fit, with equal weights"
     )
     curvature: Curvature = Field(
         "contained",
-        description="of wheels along x, combined bodies. contained: the fit makes up for it; apart: "
-        "subtracted before, and added by Bhat_prime as B-hat has it",
+        description="curvature of wheels along x, for the combined bodies. contained: part of the fit; "
+        "apart: subtracted before the fit and added by Bhat_prime as in B-hat",
     )
     s: Several[Place] | None = Field(
         None, description="arc lengths of lines along x [mm]; default: patch.s and patch.s + 1.6"
@@ -128,9 +131,11 @@ class CalibrationTable(SceneTable):
     x_max: Length | None = Field(
         None, description="furthest points [mm], also along s; default: 2.5 reference_length"
     )
-    points: Annotated[Whole, Field(ge=8, le=5000)] = Field(200, description="number of points of a line")
+    points: Annotated[Whole, Field(ge=8, le=5000)] = Field(200, description="number of points per line")
     weights: Literal["uniform", "logarithmic"] = Field(
-        "uniform", description="uniform: each point counts alike; logarithmic: each octave of the distance"
+        "uniform",
+        description="uniform: equal weight for each point; logarithmic: equal weight for each "
+        "octave of the distance",
     )
 
     _distinct = field_validator("bodies", "properties", "components")(each_once)
@@ -138,7 +143,7 @@ class CalibrationTable(SceneTable):
     @model_validator(mode="after")
     def _some_line(self) -> "CalibrationTable":
         if self.s == () and not self.x:
-            raise ValueError("s and x: no line at all; give one")
+            raise ValueError("s and x: no line given; give at least one")
         return self
 
     def calibration(self, patch: Patch, reference_length: float, extent: tuple[float, float]) -> Calibration:
@@ -170,7 +175,7 @@ def calibration_misfits(scene: Scene) -> Iterator[str]:
     """Yield the errors of the points and components that effective properties are fitted to."""
     calibration, extent = scene.calibration, scene.extent
     if not calibration.x_min < calibration.x_max:
-        yield "calibration.x_min, x_max: the furthest points must be further than the nearest"
+        yield "calibration.x_min, x_max: x_max must be larger than x_min"
     for line in calibration.lines:
         yield from line_misfits(f"calibration ({line.name})", line, scene.bodies, extent)
         if line.along == "s" and line.x[0] <= calibration.x_min:

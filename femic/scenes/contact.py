@@ -49,7 +49,7 @@ class ContactKeys(SceneTable):
                 raise ValueError(f"{key} is only of motion = {others}, not {name!r}: leave it out")
         for key in motion.growing:
             if any(after <= before for before, after in pairwise(keys[key])):
-                raise ValueError(f"{key} must grow: sort them, each once")
+                raise ValueError(f"{key} must increase; sort the values and give each once")
         return self
 
 
@@ -100,11 +100,11 @@ def contact_misfits(scene: Scene) -> Iterator[str]:
     loads, name = scene.contact.loads, scene.contact.motion
     motion = MOTIONS[name]
     if motion.has_friction and not loads:
-        yield f"contact.loads = []: motion = {name!r} needs a load: give loads = [...] in N"
+        yield f"contact.loads = []: motion = {name!r} needs a load; give loads = [...] in N"
     if motion.wheel_rolls and len(loads) > 1:
         yield (
-            f"contact.loads = {list(loads)}: motion = {name!r} has one load: give one, and a scene each for "
-            "others"
+            f"contact.loads = {list(loads)}: motion = {name!r} takes one load; use a separate scene for "
+            "each further load"
         )
     if motion.wheel_rolls and np.isinf(scene.bodies["upper"].rolling_radius):
         others = [repr(key) for key, other in MOTIONS.items() if other.has_friction and not other.wheel_rolls]
@@ -119,9 +119,9 @@ def contact_misfits(scene: Scene) -> Iterator[str]:
 
 ROLLING, WITHOUT_PASSAGE = "rolling", "compression"
 LAWS: Mapping[str, tuple[type[Any], str]] = {
-    "energy": (EnergyLaw, "wear by the work of friction, mild or severe"),
-    "twin_disc": (TwinDiscLaw, "wear by T-gamma over area, from twin discs"),
-    "archard": (ArchardMap, "wear by Archard, the map of KTH; needs damage.hardness"),
+    "energy": (EnergyLaw, "wear law by work of friction, mild or severe"),
+    "twin_disc": (TwinDiscLaw, "wear law by T-gamma/area, from twin-disc tests"),
+    "archard": (ArchardMap, "Archard's wear law with the KTH wear map; needs damage.hardness"),
     "dang_van": (DangVan, "fatigue below the surface by Dang Van"),
 }
 ELSEWHERE = {"archard": {"hardness"}}  # fields of laws that are keys of [damage]
@@ -166,8 +166,8 @@ def stress_misfits(scene: Scene) -> Iterator[str]:
     elif friction is not None and of_contact and friction not in of_contact.coefficients:
         known = list(of_contact.coefficients)
         yield (
-            f"stresses.friction = {friction:g}: not among contact.friction = {known}: give one of "
-            "these, or add it there"
+            f"stresses.friction = {friction:g}: this value is not in contact.friction = {known}: give one "
+            "of these, or add it there"
         )
     if force is not None and motion != ROLLING:
         yield f"stresses.force = {force:g}: {_only_of([ROLLING], motion)}"
@@ -190,14 +190,14 @@ def damage_misfits(scene: Scene, table: SceneTable) -> Iterator[str]:
         for key in OF_SPEED:
             if key in keys["energy"].model_fields_set:
                 yield (
-                    f"damage.energy.{key}: without a speed wear is mild everywhere: give damage.speed in "
-                    "m/s, or leave it out"
+                    f"damage.energy.{key}: without a speed, wear is mild everywhere; give damage.speed in "
+                    "m/s, or leave this key out"
                 )
     for key in OF_WORN:
         if key in table.model_fields_set and not damage.wears:
             yield (
-                f"damage.{key} = {getattr(damage, key):g}: nothing wears: give damage.passages or "
-                "damage.revolutions, or leave it out"
+                f"damage.{key} = {getattr(damage, key):g}: there is no wear; give damage.passages or "
+                "damage.revolutions, or leave this key out"
             )
     if damage.hardness is None and keys["archard"].model_fields_set:
         yield (

@@ -26,21 +26,21 @@ class EngineTable(SceneTable):
 
     kind: Annotated[str, AfterValidator(NameOf(lambda: ENGINES))] = Field(
         "harmonic",
-        description="harmonic: one section problem per wavenumber along x, seconds (half_length, "
-        "line_growth and solver do not matter); solid: 3D finite elements, minutes",
+        description="harmonic: one section problem per wavenumber along x, takes seconds (half_length, "
+        "line_growth and solver have no effect); solid: 3D finite elements, takes minutes",
     )
     check: bool = Field(
         False,
-        description="also draw C of the solid engine, at tolerance 0.01 or the larger one of the scene "
-        "(minutes, once)",
+        description="also compute and draw C of the solid engine, at tolerance 0.01 or at the tolerance "
+        "of the scene if that is larger (takes minutes, once)",
     )
     tolerance: Annotated[float, Field(ge=1e-4, le=1)] = Field(
         0.01,
-        description="estimated error of C that is good enough, each body and combined, on the scale of "
-        "refinement (docs/theory/errors.md); sets the cells",
+        description="largest estimated error of C, for each body and combined, on the scale of refinement "
+        "(docs/theory/errors.md); it determines the cell sizes",
     )
     most_unknowns: Annotated[Whole, Field(ge=1000)] = Field(
-        1_000_000, description="largest model that refinement may lead to"
+        1_000_000, description="largest number of unknowns of a model"
     )
     smallest_cell: Length | None = Field(
         None,
@@ -48,20 +48,23 @@ class EngineTable(SceneTable):
     )
     growth: Annotated[float, Field(ge=0.02, le=0.5)] | None = Field(
         None,
-        description="first cell size over distance from the patch's edges; default: 0.5, less below "
-        "tolerance 0.003 (solid: over distance from the lines; 0.14 at tolerance 0.01)",
+        description="first cell size divided by the distance from the edges of the patch; default: 0.5, "
+        "less below tolerance 0.003 (solid: by the distance from the lines; 0.14 at tolerance 0.01)",
     )
     line_growth: Annotated[float, Field(ge=0.02, le=0.5)] | None = Field(
-        None, description="first cell size on a line over distance from the patch; default: 0.05, likewise"
+        None,
+        description="first cell size on a line divided by the distance from the patch; default: "
+        "0.05 at tolerance 0.01",
     )
     far_radius: Length | None = Field(
         None,
-        description="radius of the clamped far arc [mm], a support of the body that stays where it is put; "
-        "default: 1280 (solid: 320), as a body without end: more below tolerance 0.001 or as C needs",
+        description="radius of the clamped far arc [mm]. If given, it is a fixed support of the body. "
+        "Default: 1280 (solid: 320), for a body without end, enlarged below tolerance 0.001 or as C needs",
     )
     half_length: Length = Field(
         320.0,
-        description="extent along +x and -x, clamped ends [mm], likewise: as given, or more where C needs it",
+        description="extent along +x and -x to the clamped ends [mm]. If given, it is fixed; by default "
+        "it is enlarged as C needs",
     )
     solver: SolverChoice = Field("auto", description="linear solver; direct needs the extra femic[direct]")
 
@@ -115,9 +118,9 @@ def matrix_engine_misfits(scene: Scene) -> Iterator[str]:
     engine = scene.settings.engine
     if not engine.has_matrices:
         yield (
-            f"engine.kind = {engine.name!r}: has no C on a grid, as matrices and contact need it: use "
-            f"{kinds_that(lambda other: other.has_matrices)} (grid.check compares columns of a matrix with "
-            "the solid engine)"
+            f"engine.kind = {engine.name!r}: this engine cannot compute C on a grid, which matrices and "
+            f"contact need; use {kinds_that(lambda other: other.has_matrices)} (grid.check compares "
+            "columns of a matrix with the solid engine)"
         )
 
 
@@ -163,7 +166,7 @@ def _use(capable: Iterable[Engine]) -> str:
     """Return the remedy: use one of the engines that are capable of it."""
     names = [repr(engine.name) for engine in capable]
     if not names:
-        return "C and stresses (A, B and Bhat need neither) have no engine"
+        return "C and stresses are not available (A, B and Bhat need no engine)"
     return f"use engine.kind = {' or '.join(names)} (without check)"
 
 

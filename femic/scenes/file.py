@@ -18,87 +18,90 @@ from femic.scenes.scene_table import SceneTable
 class SceneFile(SceneTable):
     """A scene: two bodies, a loaded patch, the lines where displacements are read."""
 
-    title: str = Field("", description="heading of the report")
+    title: str = Field("", description="title of the report")
     bodies: Several[BodyName] = Field(
-        ("combined", "lower", "upper"), min_length=1, description="whose ICs to compute and compare"
+        ("combined", "lower", "upper"), min_length=1, description="bodies whose ICs are computed and compared"
     )
     components: Several[Component] = Field(
         ("nn", "ss", "xx", "xs", "xn", "sn"),
         min_length=1,
-        description="displacement direction, then traction direction",
+        description="components to compare; each names the direction of displacement, then the direction "
+        "of traction",
     )
     variants: Several[VariantName] = Field(
         ("A", "B", "Bbar", "Bhat", "mix"), min_length=1, description="approximations to compare with C"
     )
     reference_length: Length | None = Field(
         None,
-        description="unit of length of the plots [mm]; default: crown radius of the lower body, 10 if flat",
+        description="reference length of dimensionless plots [mm]; default: crown radius of the lower "
+        "body, 10 if flat",
     )
     rotation_reach: Length | None = Field(
         None,
-        description="|s| where the rigid rotation is discounted [mm]; default: 2 x reference_length, "
-        "at most an eighth of the domain and a sixth of a turn",
+        description="|s| at which the rigid rotation is read [mm]; default: 2 x reference_length, at most "
+        "an eighth of the domain and a sixth of a turn",
     )
     moment_arm: Length | None = Field(
         None,
-        description="s of the normal load that fixes M in rotation [mm], needed if patch.s is not 0; "
-        "default: reference_length / 2",
+        description="s of the normal load that determines the rotation part of M [mm], needed if patch.s "
+        "is not 0; default: reference_length / 2",
     )
     discount: Discount = Field(
         "approach",
-        description="what femic matrix, contact and export subtract from C. approach: the rigid part of "
-        "the normal approach alone; source: all that [BVSV] discounts to compare single loads with "
-        "half-spaces, bending of the section included; none: nothing, so that approaches depend on the "
-        "supports, too",
+        description="what femic matrix, contact and export subtract from C. approach: only the rigid part "
+        "of the normal approach; source: everything that [BVSV] subtracts to compare single loads with "
+        "half-spaces, including the bending of the section; none: nothing, so that approaches also depend "
+        "on the supports",
     )
     ics: ICName = Field(
         "C",
-        description="ICs to use where one has to be chosen (femic export; with `want` also femic contact): "
-        "C, an approximation, or auto: the cheapest that is good enough, as femic advise chooses it",
+        description="ICs that femic export uses (with `want`, also femic contact): C, an approximation, "
+        "or auto, the cheapest that meet the tolerance, as chosen by femic advise",
     )
     ics_tolerance: Annotated[float, Field(gt=0, le=1)] = Field(
         0.02,
-        description="largest error that is good enough for ics = 'auto': share of the component itself, or "
-        "of what is wanted",
+        description="tolerance for ics = 'auto': largest error relative to the component, or to the "
+        "number wanted",
     )
     want: Several[str] = Field(
         (),
-        description="numbers of the contact that ICs have to be good for, such as p_max, F_x, F_x/limit: "
-        "femic advise and frontier ask for them, and with ics = 'auto' femic contact is solved with the "
-        "cheapest ICs that are good enough, instead of contact.ics",
+        description="contact numbers that must meet the tolerance, such as p_max, F_x, F_x/limit. femic "
+        "advise and frontier use them; with ics = 'auto', femic contact uses the cheapest ICs that meet "
+        "the tolerance instead of contact.ics",
     )
     fields: bool = Field(
         False,
-        description="write the displacement and stress fields of the finest model as .vtu, "
-        "one per body and load",
+        description="write displacement and stress fields of the finest model as .vtu files, one per body "
+        "and load",
     )
     lower: BodyTable = Field(description="lower body (rail), fills n < 0")
     upper: BodyTable = Field(description="upper body (wheel), fills n > 0")
     patch: PatchTable | None = Field(
         None,
-        description="loaded element at x = 0; contact needs none; default: half-sides of a hundredth of "
-        "rotation_reach",
+        description="loaded element at x = 0, not needed for contact; default: half-sides of "
+        "rotation_reach / 100",
     )
     grid: GridTable = Field(GridTable(), description="elements of the IC matrix (femic matrix)")
     lines: Annotated[Several[Line], Field(min_length=1)] | None = Field(
         None, description="offset lines; default: s = patch.s + 1.6, s = patch.s, x = 1.6 mm"
     )
     effective: EffectiveTable = Field(
-        EffectiveTable(), description="properties that vary with the distance from the load, for Bhat_prime"
+        EffectiveTable(),
+        description="elastic properties that vary with the distance from the load, for Bhat_prime",
     )
     calibration: CalibrationTable = Field(
-        CalibrationTable(), description="which properties femic calibrate fits to which points"
+        CalibrationTable(), description="fit of Bhat_prime by femic calibrate: properties and points"
     )
     contact: AnyContact = Field(
-        ContactTable(), description="contact of both bodies, without or with friction (femic contact)"
+        ContactTable(), description="contact of the two bodies, with or without friction (femic contact)"
     )
     stresses: AnyStresses = Field(
-        StressTable(), description="stresses under the contact in both bodies (femic stresses)"
+        StressTable(), description="stresses in both bodies under the contact (femic stresses)"
     )
     damage: AnyDamage = Field(
         DamageTable(),
-        description="wear and fatigue under the contact (femic stresses): constants of the surfaces, speed; "
-        "coefficients of laws have tables of their own",
+        description="wear and fatigue (femic stresses): properties of the surfaces, and speed; the "
+        "coefficients of the laws have separate tables",
     )
     engine: EngineTable = Field(EngineTable(), description="how the reference C is computed")
 

@@ -21,7 +21,7 @@ from geometries.patches import Grid, OffsetLine, Patch, line_along_s, line_along
 
 CLEAR_OF_PATCH = 6  # least distance of displacements compared beside a moment load, in half-widths patch.b
 
-Reach = Annotated[Length, Field(description="half-length of the line [mm]")]
+Reach = Annotated[Length, Field(description="the line reaches from -reach to +reach [mm]")]
 PointCount = Annotated[Whole, Field(ge=2, le=5000, description="number of points")]
 
 
@@ -96,7 +96,7 @@ def single_load_misfits(scene: Scene) -> Iterator[str]:
     yield from body_limit_misfits(scene)
     yield from aspect_misfits(scene)
     if not start <= patch.s - patch.b < patch.s + patch.b <= end:
-        yield f"patch.s = {patch.s:g}, patch.b = {patch.b:g}: the patch reaches beyond the contour; {ends}"
+        yield f"patch.s = {patch.s:g}, patch.b = {patch.b:g}: the patch extends beyond the contour; {ends}"
     if 10 * max(patch.a, patch.b) > size / 2:
         yield f"patch.a = {patch.a:g}, patch.b = {patch.b:g}: each at most a tenth of {room}"
     if 2 * abs(patch.s) > size:
@@ -118,9 +118,9 @@ def single_load_misfits(scene: Scene) -> Iterator[str]:
         if clearance < CLEAR_OF_PATCH * patch.b:
             yield (
                 f"moment_arm = {arm:g}: displacements are compared {clearance:.3g} mm beside a load there, "
-                f"as far as the contour goes; at least {CLEAR_OF_PATCH:g} patch.b = "
-                f"{CLEAR_OF_PATCH * patch.b:g} mm are needed: give a smaller moment_arm, a longer contour or "
-                "a smaller patch"
+                f"as far as the contour extends; at least {CLEAR_OF_PATCH:g} patch.b = "
+                f"{CLEAR_OF_PATCH * patch.b:g} mm are needed: give a smaller moment_arm, a longer contour "
+                "or a smaller patch"
             )
     lines = {f"lines.{k} ({line.name})": line for k, line in enumerate(scene.lines)}
     for label, line in lines.items():
@@ -128,7 +128,7 @@ def single_load_misfits(scene: Scene) -> Iterator[str]:
         if 2 * max(np.max(np.abs(line.x)), np.max(np.abs(line.s))) > size:
             yield f"{label}: reaches beyond {room}: shorten it or enlarge both"
     if len({line.name for line in scene.lines}) < len(lines):
-        yield "lines: two of them are the same line: remove one"
+        yield "lines: two lines are identical; remove one"
     yield from patch_ratio_misfits(lines, scene, {"rotation_reach": settings.rotation_reach})
 
 
@@ -164,13 +164,13 @@ def patch_ratio_misfits(
 class GridTable(SceneTable):
     """The grid of elements whose IC matrix `femic matrix` computes."""
 
-    n_x: Annotated[Whole, Field(ge=1, le=4096)] = Field(64, description="number of elements along x: lags")
+    n_x: Annotated[Whole, Field(ge=1, le=4096)] = Field(64, description="number of elements (lags) along x")
     n_s: Annotated[Whole, Field(ge=1, le=512)] = Field(32, description="number of strips")
     dx: Length | None = Field(None, description="length of an element [mm]; default: 2 x patch.a")
     ds: Length | None = Field(None, description="width of a strip [mm]; default: 2 x patch.b")
-    s: Place = Field(0.0, description="arc length of its middle [mm]")
+    s: Place = Field(0.0, description="arc length of the middle of the grid [mm]")
     check: Annotated[Whole, Field(ge=0, le=9)] = Field(
-        0, description="strips whose columns the solid engine computes as a check (minutes each)"
+        0, description="number of strips that the solid engine computes as a check (minutes each)"
     )
 
     def grid(self, patch: Patch) -> Grid:

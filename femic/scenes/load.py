@@ -58,9 +58,8 @@ def builtin_names() -> list[str]:
 def load_scene(name_or_path: str | Path, changes: Mapping[str, Any] | None = None) -> Scene:
     """Return the scene of a built-in name or a TOML file, with some keys changed; raise WrongInput.
 
-    `changes` has the keys of a scene file; names of files in it are relative to the working directory, as in
-    `scene_from_table`. A table in it replaces only those keys that it names; one that
-    names a `kind` replaces the whole table.
+    `changes` takes keys of a scene file; file names in it are relative to the working directory. A table in
+    it replaces only the keys that it names; a table that names a `kind` replaces the whole table.
     """
     if not isinstance(name_or_path, str | Path):
         raise WrongInput(f"name_or_path = {name_or_path!r}: give text or a pathlib.Path")
@@ -138,7 +137,9 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
     except (RecursionError, ValueError) as error:  # no UTF-8, no TOML, or an integer of thousands of digits
         too_deep = f"tables and lists within each other more than {DEEPEST} deep"
         reason = too_deep if isinstance(error, RecursionError) else str(error)[:SHORTENED]
-        raise BadScene(f"{path}: not TOML: {reason}. Compare with `femic scenes --show flat`") from error
+        raise BadScene(
+            f"{path}: not valid TOML: {reason}. Compare with `femic scenes --show flat`"
+        ) from error
     return text, table
 
 
@@ -150,8 +151,8 @@ def scene_path(name_or_path: str) -> Path:
         similar = get_close_matches(name_or_path, builtin_names(), cutoff=0.7)
         hint = f"did you mean {' or '.join(map(repr, sorted(similar)))}? " if similar else ""
         raise BadScene(
-            f"scene {name_or_path!r}: no such file and no built-in scene; {hint}"
-            f"Built-in: {', '.join(builtin_names())}"
+            f"scene {name_or_path!r}: neither a file nor a built-in scene; {hint}Built-in: "
+            f"{', '.join(builtin_names())}"
         )
     return path
 
@@ -161,8 +162,8 @@ def name_of(path: Path) -> str:
     name = path.stem
     if not name.strip(" .") or not name.isprintable():
         raise BadScene(
-            f"{str(path)!r}: its name without ending names the folder of results, and no folder can be "
-            f"called {name!r}: rename it"
+            f"{str(path)!r}: the name without its ending is used for the folder of results, and no folder "
+            f"can be called {name!r}: rename it"
         )
     return name
 

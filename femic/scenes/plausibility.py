@@ -34,8 +34,8 @@ def modulus_warnings(E: float, of: str = "") -> Iterator[str]:
     """Yield what a Young's modulus [MPa] that no material has may mean; `of` goes before its key."""
     if E > STIFFEST:
         yield (
-            f"{of}E = {E:g}: no material is so stiff (diamond has 1.2e6 MPa), the body is rigid in effect; E "
-            "is in MPa: 210e3 for steel, not 210e9"
+            f"{of}E = {E:g}: no material is this stiff (diamond: 1.2e6 MPa), so the body is practically "
+            "rigid. E is in MPa: 210e3 for steel, not 210e9"
         )
 
 
@@ -47,14 +47,14 @@ def _body_warnings(scene: Scene, name: str, body: Body) -> Iterator[str]:
     if curvature * patch.b * LARGE_RADIUS > 1:
         yield (
             f"{name}.contour: radius {1 / curvature:.3g} mm at the patch, {1 / curvature / patch.b:.2g} "
-            f"times patch.b = {patch.b:g}: its elements are not nearly flat, so A and the B family cannot be "
-            "accurate"
+            f"times patch.b = {patch.b:g}: the elements are not nearly flat, so A and the B family are "
+            "inaccurate"
         )
     for end in contour.extent:
         if abs(end - patch.s) < patch.b + 2 * CLEAR * patch_size:
             yield (
                 f"patch.s = {patch.s:g}: {abs(end - patch.s) - patch.b:.3g} mm from the end of "
-                f"{name}.contour, whose continuation by its tangent then shapes C"
+                f"{name}.contour; the straight continuation there influences C"
             )
     for joint in contour.joints:
         if abs(joint - patch.s) < patch.b and joint not in contour.extent:
@@ -65,15 +65,16 @@ def _body_warnings(scene: Scene, name: str, body: Body) -> Iterator[str]:
     yield from modulus_warnings(body.material.E, f"{name}.")
     if body.material.nu > NEARLY_INCOMPRESSIBLE:
         yield (
-            f"{name}.nu = {body.material.nu:g}: nearly incompressible; xn and sn nearly vanish, and C takes "
-            "smaller cells (solid engine: and two to four times the iterations) for the same accuracy"
+            f"{name}.nu = {body.material.nu:g}: nearly incompressible. xn and sn nearly vanish, and C "
+            "needs smaller cells for the same accuracy (solid engine: also two to four times as many "
+            "iterations)"
         )
     left, right = contour.inclination(np.array(contour.limits))
     wedge = 180 + body.side * np.degrees(right - left)
     if wedge < THIN_WEDGE and body.outline is None:
         yield (
-            f"{name}.contour: {wedge:.0f} degrees of material between the flanks: a slender body, whose "
-            "bending is part of C beyond the rigid motion that is discounted"
+            f"{name}.contour: {wedge:.0f} degrees of material between the flanks. The body is slender, and "
+            "its bending remains in C after the rigid motion is subtracted"
         )
     if np.isinf(body.rolling_radius):
         return
@@ -81,13 +82,13 @@ def _body_warnings(scene: Scene, name: str, body: Body) -> Iterator[str]:
     if body.outline is None and body.reaches_hub and body.rolling_radius < HUB_PROBLEM:
         yield (
             f"{name}.rolling_radius = {body.rolling_radius:g}: below {HUB_PROBLEM} mm the hub (radius "
-            f"{body.rolling_radius - body.depth:g} mm, clamped) is part of the answer"
+            f"{body.rolling_radius - body.depth:g} mm, clamped) influences the result"
         )
     if body.rolling_radius < LARGE_ROLLING_RADIUS * reach:
         yield (
             f"{name}.rolling_radius = {body.rolling_radius:g}: {body.rolling_radius / reach:.2g} times the "
             f"longest line along x ({reach:g} mm): at its end the surface has turned by "
-            f"{np.degrees(reach / body.rolling_radius):.1f} degrees, which A and the B family leave out"
+            f"{np.degrees(reach / body.rolling_radius):.1f} degrees, which A and the B family ignore"
         )
 
 
@@ -99,7 +100,11 @@ def _domain_warnings(scene: Scene) -> Iterator[str]:
     for line in scene.lines:
         reach = max(np.max(np.abs(line.x)), np.max(np.abs(line.s)))
         if reach * DOMAIN_OVER_LINE > domain_size:
-            what = "truncation errors grow" if scene.bodies["lower"].truncated else "what supports do grows"
+            what = (
+                "truncation errors grow"
+                if scene.bodies["lower"].truncated
+                else ("the effect of the supports grows")
+            )
             yield (
                 f"line {line.name}: reaches {reach:g} mm, {reach / domain_size:.0%} of the domain "
                 f"({domain_size:g} mm); {what} like the square of that: enlarge "
@@ -113,8 +118,8 @@ def _domain_warnings(scene: Scene) -> Iterator[str]:
     ]
     if scene.settings.engine is SOLID and aspect > SLENDER and lines_through_patch:
         yield (
-            f"patch of aspect {aspect:.3g}: on the line {lines_through_patch[0]}, which runs through it, the "
-            "error next to the load can be twice the estimate"
+            f"patch of aspect {aspect:.3g}: on the line {lines_through_patch[0]}, which passes through the "
+            "patch, the error next to the load can be twice the estimated error"
         )
 
 
@@ -125,11 +130,13 @@ def _pair_warnings(scene: Scene) -> Iterator[str]:
         return
     if not 1 / UNLIKE_MODULI < ratio < UNLIKE_MODULI:
         softer = "lower" if ratio > 1 else "upper"
-        yield f"upper.E / lower.E = {ratio:.3g}: the combined ICs are the ICs of the {softer} body alone"
+        yield (
+            f"upper.E / lower.E = {ratio:.3g}: the combined ICs are practically those of the {softer} body"
+        )
     s = np.concatenate([line.s for line in scene.lines])
     angles = np.degrees(np.abs(upper.contour.inclination(s) - lower.contour.inclination(s)))
     if np.max(angles) > CONFORMAL:
         yield (
-            f"the contours differ by {np.max(angles):.1f} degrees at s = {s[np.argmax(angles)]:.3g} mm: "
-            "combined ICs join points of equal s, which do not lie opposite each other there"
+            f"the contours differ by {np.max(angles):.1f} degrees at s = {s[np.argmax(angles)]:.3g} mm. "
+            "Combined ICs pair points of equal s, and these points do not lie opposite each other there"
         )

@@ -41,55 +41,59 @@ ARGUMENTS = {  # by which functions ask for a place
 class ProfileTable(SceneTable):
     """A profile of a rail or a wheel."""
 
-    kind: Literal["profile"] = Field(description="profile of a rail or a wheel, y to the field side and z up")
+    kind: Literal["profile"] = Field(
+        description="profile of a rail or wheel, with y to the field side and z up"
+    )
     file: ExistingFile | None = Field(
         None, description="file of the profile (docs/reference/profiles.md has the formats)"
     )
     standard: StandardName | None = Field(
         None,
-        description="instead of a file: a profile of the package (femic profiles lists them)",
+        description="built-in profile instead of a file (femic profiles lists them)",
     )
-    profile_kind: Kind | None = Field(None, description="where the file does not say it")
+    profile_kind: Kind | None = Field(None, description="rail or wheel, if the file does not state it")
     axes: str | None = Field(
         None,
-        description="where y grows and z points in the file: field or centre (of the track), up or down, or "
-        "one of each, as 'centre down'; asked for where the file does not show it",
+        description="directions of y and z in the file: field or centre (of the track), up or down, or "
+        "one of each, such as 'centre down'; needed if the file does not show them",
     )
-    unit: Unit | None = Field(None, description="unit of the file, where it does not show it")
+    unit: Unit | None = Field(None, description="unit of the file, if the file does not state it")
     surface: Annotated[Whole, Field(ge=1)] | None = Field(
-        None, description="number of the running surface in the file, where it has several"
+        None, description="number of the running surface, if the file has several"
     )
     section: Annotated[Whole, Field(ge=1)] | None = Field(
-        None, description="of a list of sections (.slcs, .slcw): the number of the section, from 1 on"
+        None, description="number of the section, counted from 1, for a list of sections (.slcs, .slcw)"
     )
     section_at: float | None = Field(
-        None, description="instead of section: its position, in the unit of the list"
+        None, description="position of the section instead of its number, in the unit of the list"
     )
     tolerance: Tolerance = Field(
         0.0,
-        description="smoothing: rms distance of the points from the curve [mm], or 'cross-validation', which "
-        "finds it; 0: the curve goes through all points, errors included",
+        description="smoothing: rms distance of the points from the curve [mm], or 'cross-validation' to "
+        "find it; 0: the curve passes through all points, including their errors",
     )
     y_centre: Place | None = Field(
-        None, description="y of the contact centre [mm], in the axes of the profile, before it is turned"
+        None, description="y of the contact centre [mm], in the axes of the profile before rotation"
     )
     s_centre: Annotated[float, Field(gt=0, le=LARGEST_LENGTH)] | None = Field(
-        None, description="instead of y_centre: its arc length from the gauge-side end of the profile [mm]"
+        None,
+        description="arc length of the contact centre from the gauge-side end of the profile [mm], "
+        "instead of y_centre",
     )
     rail_inclination: Annotated[float, Field(gt=-0.5, lt=0.5)] = Field(
         0.0,
-        description="slope by which the rail leans to the track centre, 0.025 for 1:40: the section turns "
-        "about its contact centre, its field side upwards; 0 where the file has it inclined",
+        description="inclination of the rail towards the track centre, 0.025 for 1:40; the section turns "
+        "about its contact centre with the field side up; 0 if the points are already inclined",
     )
     turn_deg: Annotated[float, Field(ge=-90, le=90)] = Field(
         0.0,
-        description="further turn of the section [deg], positive from y to z (field side upwards); with a "
-        "rolling_radius none is possible",
+        description="further rotation of the section [deg], positive from y to z (field side up); not "
+        "possible with a rolling_radius",
     )
     steepest_deg: Annotated[float, Field(gt=0, le=85)] = Field(
         85.0,
-        description="the contour ends where it is steeper [deg], and goes on along its tangent (solid "
-        "engine: 75)",
+        description="largest inclination [deg]; where the contour is steeper it continues along its "
+        "tangent (solid engine: 75)",
     )
 
     @model_validator(mode="after")

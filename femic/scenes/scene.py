@@ -45,8 +45,7 @@ class StressSpecification:
         Field(
             gt=0,
             le=1000,
-            description="coefficient of friction of this contact, one of contact.friction; default: the "
-            "largest",
+            description="friction coefficient, one of contact.friction; default: the largest",
         ),
     ] = None
     force: Annotated[
@@ -54,8 +53,7 @@ class StressSpecification:
         Field(
             gt=-1,
             lt=1,
-            description="of rolling: F_x / (friction load) of this contact, -1 ... 1; default: "
-            "contact.equal_force",
+            description="steady rolling: F_x / (friction load), -1 ... 1; default: contact.equal_force",
         ),
     ] = None
     fineness: Annotated[
@@ -63,13 +61,13 @@ class StressSpecification:
         Field(
             ge=COARSEST,
             le=FINEST,
-            description="how finely both bodies are modelled: cells and wavenumbers are half as coarse with "
-            "2, twice as coarse with 0.5",
+            description="fineness of the models of both bodies: 2 halves the size of cells and the steps "
+            "between wavenumbers, 0.5 doubles them",
         ),
     ] = 1.0
     estimated: Annotated[
         bool,
-        Field(description="whether errors of stresses are estimated, which takes half as long again"),
+        Field(description="whether errors of stresses are estimated; this takes 50 % more time"),
     ] = True
 
 

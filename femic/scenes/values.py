@@ -46,9 +46,7 @@ def value_of(text: str) -> Value:
         numbers += _numbers(item)
     for number in numbers:
         if not DECIMAL.fullmatch(number):
-            raise BadScene(
-                f"{number[:SHOWN]}: is no finite plain decimal number: write one, such as 16 or 1.5e3"
-            )
+            raise BadScene(f"{number[:SHOWN]}: is not a finite decimal number; write one such as 16 or 1.5e3")
         value_of(number)  # raises for one that is too large
     plain = None if item is None else item.unwrap()
     return plain if isinstance(plain, bool | str | list) else text

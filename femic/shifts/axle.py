@@ -156,37 +156,44 @@ class RollingWheelset:
 # --- numbers with their errors ---
 
 OF_WHEEL = {  # by name: unit and meaning
-    "xi": ("1", "longitudinal creepage of the touching point, positive where the wheel is driven"),
-    "F_x": ("N", "longitudinal force on the wheel, in the rolling direction"),
+    "xi": ("1", "longitudinal creepage at the contact point, positive if the wheel is driven"),
+    "F_x": ("N", "longitudinal force on the wheel, positive in the rolling direction"),
     "F_y": ("N", "lateral force on the wheel with friction, positive towards the middle of the track"),
-    "M_z": ("N mm", "moment on the wheel about the touching point's vertical, turning its front outwards"),
+    "M_z": (
+        "N mm",
+        "moment on the wheel about the vertical through the contact point, positive if it "
+        "turns the front outwards",
+    ),
     "work": ("N", "work of friction per unit of rolled distance (T-gamma), J/m"),
-    "sliding": ("1", "area of sliding over that of contact"),
-    "utilised": ("1", "tangential force over the sum of friction times pressures"),
+    "sliding": ("1", "sliding area divided by contact area"),
+    "utilised": ("1", "tangential force divided by the sum of friction coefficient times pressure"),
     "p_max_rolling": ("MPa", "largest pressure of the rolling contact"),
     "vertical_rolling": ("N", "vertical force on the rolling wheel"),
-    "resistance": ("N", "torque about the axle over the rolling radius, less F_x"),
+    "resistance": ("N", "torque about the axle divided by the rolling radius, minus F_x"),
 }
 OF_PATCH = {  # of each patch of a wheel
-    "F_x": ("N", "longitudinal force on the wheel by the patch"),
-    "F_s": ("N", "tangential force on the wheel along the rail's profile by the patch"),
-    "F_n": ("N", "force along its normals by the patch"),
+    "F_x": ("N", "longitudinal force on the wheel from the patch"),
+    "F_s": ("N", "tangential force on the wheel along the rail profile, from the patch"),
+    "F_n": ("N", "normal force on the wheel from the patch"),
     "slip_x": ("1", "rigid slip along x in the centre of pressure of the patch"),
     "slip_s": ("1", "rigid slip along the rail's profile in the centre of pressure of the patch"),
-    "spin": ("1/mm", "turning of the rigid wheel about the normal there, per rolled distance"),
+    "spin": ("1/mm", "spin: rotation of the rigid wheel about the normal at that point, per rolled distance"),
     "p_max": ("MPa", "largest pressure of the patch"),
-    "angle": ("deg", "contact angle to the track plane, mean weighted with pressures, positive on a flange"),
+    "angle": (
+        "deg",
+        "contact angle from the track plane, averaged with the pressures as weights, positive on a flange",
+    ),
     "area": ("mm2", "area of the patch"),
     "centre": ("mm", "centre of pressure of the patch, arc length of the rail's profile"),
     "work": ("N", "work of friction of the patch per unit of rolled distance, J/m"),
 }
 OF_WHEELSET = {
     "xi_0": ("1", "creepage of the wheelset at the nominal radius, omega R_0 / V - 1"),
-    "axle_torque": ("N mm", "torque with which the axle is driven"),
+    "axle_torque": ("N mm", "driving torque of the axle"),
     "sum_F_y": ("N", "sum of the lateral forces on both wheels, to the left"),
     "steering": (
         "N mm",
-        "moment of longitudinal forces on the wheelset, positive where it turns it to the right",
+        "steering moment of the longitudinal forces on the wheelset, positive to the right",
     ),
 }
 WORK = "work"

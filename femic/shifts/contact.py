@@ -46,21 +46,24 @@ NUMBERS = {  # of a contact, by name: unit and meaning
     "vertical": ("N", "vertical force on the wheel, perpendicular to the track"),
     "lateral": ("N", "lateral force on the wheel, positive towards the middle of the track"),
     "estimate_lateral": ("N", "estimated error of the lateral force"),
-    "angle": ("deg", "change of the rail's inclination across the main patch"),
+    "angle": ("deg", "change of the rail inclination across the main patch"),
     "a": ("mm", "half-length of the main patch along the rail"),
     "b": ("mm", "half-width of the main patch, arc length"),
     "seconds": ("s", "time of the solution, without C"),
     "patches": ("1", "number of patches"),
-    "beside": ("1", "share of the load beside the main patch"),
+    "beside": ("1", "fraction of the load outside the main patch"),
 }
 OF_PATCH = {  # of each patch of a contact, by growing arc length of the rail: unit, meaning
-    "normal_force": ("N", "force along the normals of the patch"),
-    "share": ("1", "share of the vertical load that the patch carries"),
+    "normal_force": ("N", "normal force on the patch"),
+    "share": ("1", "fraction of the vertical load carried by the patch"),
     "p_max": ("MPa", "largest pressure of the patch"),
-    "angle": ("deg", "contact angle to the track plane, mean weighted with pressures, positive on a flange"),
-    "centre": ("mm", "centre of pressure of the patch, arc length on the rail from its top"),
-    "start": ("mm", "end of the patch on the gauge side, arc length on the rail from its top"),
-    "end": ("mm", "end of the patch on the field side, arc length on the rail from its top"),
+    "angle": (
+        "deg",
+        "contact angle from the track plane, averaged with the pressures as weights, positive on a flange",
+    ),
+    "centre": ("mm", "centre of pressure of the patch, arc length from the top of the rail"),
+    "start": ("mm", "end of the patch on the gauge side, arc length from the top of the rail"),
+    "end": ("mm", "end of the patch on the field side, arc length from the top of the rail"),
     "half_length": ("mm", "half-length of the patch along the rail"),
     "area": ("mm2", "area of the patch"),
 }
@@ -93,8 +96,8 @@ def contact_at(
     )
     if lacks > 0:
         notes.append(
-            "the curvature of the profiles changes within less than a strip of the finest grid: the "
-            f"estimated error of p_max contains {100 * lacks:.2g} % for that"
+            "the curvature of the profiles changes within less than one strip of the finest grid; the "
+            f"estimated error of p_max includes {100 * lacks:.2g} % for this"
         )
     turn = max(row["angle"] for row in rows.values())
     if C in contact.ics or (contact.c_above_deg is not None and turn > contact.c_above_deg):
@@ -103,7 +106,7 @@ def contact_at(
             rows, grids = _with_c(place, rail, wheel, with_c, options)
             steepest, notes = C_FLANK, []
         except Failure as failure:
-            notes.append(f"C is left out: {failure}")
+            notes.append(f"C was not computed: {failure}")
     if contact.planar:
         try:
             start = perf_counter()
@@ -112,7 +115,7 @@ def contact_at(
             )
             rows[PLANAR] = _planar_numbers(place, planar) | {"seconds": perf_counter() - start}
         except (Failure, WrongInput) as error:
-            notes.append(f"planar contact is left out: {error}")
+            notes.append(f"planar contact was not computed: {error}")
     return label_contact(rows, grids, steepest, notes)
 
 
@@ -141,7 +144,7 @@ def label_contact(
         variables[PATCH + name] = ("ics", "patch"), array, {"units": unit, "long_name": meaning}
     outlines = np.stack([_join_outlines([patch["outline"] for patch in own]) for own in patches])
     for k, (name, along) in enumerate(
-        {"s": "arc length on the rail from its top", "x": "along the rail"}.items()
+        {"s": "arc length from the top of the rail", "x": "along the rail"}.items()
     ):
         meaning = f"outline of the patches: {along}"
         variables[f"outline_{name}"] = ("ics", "point"), outlines[:, k], {"units": "mm", "long_name": meaning}
@@ -222,17 +225,15 @@ def _with_c(
     inclination = abs(place.touch.angle - place.roll)
     if inclination >= C_FLANK:
         raise Failure(
-            f"the contact angle is {np.degrees(inclination):.1f} degrees; the bodies of C end in flanks of "
-            f"{np.degrees(C_FLANK):.0f} degrees"
+            f"the contact angle is {np.degrees(inclination):.1f} degrees, but the bodies for C end in "
+            f"flanks of {np.degrees(C_FLANK):.0f} degrees"
         )
     bodies, load = bodies_at(place, rail, wheel, C_FLANK), contact.load
     pair, sought, fine = _solve_on_fine_grids(place, bodies, contact, (SIZING,))
     boxes, _ = find_patches(pair, sought.variant, sought.load, sought.roll)
     wanted = fitting_grid(boxes, contact.elements)
     if wanted.n_s > 4 * C_STRIPS:
-        raise Failure(
-            f"one grid over all patches has {wanted.n_s} strips, and C is solved on {C_STRIPS} at most"
-        )
+        raise Failure(f"one grid over all patches needs {wanted.n_s} strips; C is limited to {C_STRIPS}")
     grid = refine(pair, [fitting_grid(boxes, contact.elements, C_STRIPS)], sought, C_STRIPS)[0]
     names = [name for name in contact.ics if name != C]
     for _ in range(MOST_TRIES):

@@ -50,7 +50,7 @@ def _sorted(shifts: tuple[float, ...]) -> tuple[float, ...]:
     """Return shifts [mm]; raise ValueError with the first that is below the one before it."""
     for shift, after in pairwise(shifts):
         if after < shift:
-            raise ValueError(f"{after:g} comes after {shift:g}: shifts must grow; sort them")
+            raise ValueError(f"{after:g} comes after {shift:g}: shifts must increase; sort them")
     return shifts
 
 
@@ -63,28 +63,29 @@ class ProfileTable(SceneTable):
     """The profile of a rail, and its material."""
 
     profile: str = Field(
-        description="name of a profile of the package (femic profiles lists them), or a file relative to "
+        description="name of a built-in profile (femic profiles lists them), or of a file relative to "
         "this one (docs/reference/profiles.md)"
     )
     axes: str | None = Field(
-        None, description="axes of the file, such as 'centre', where it does not say or show them"
+        None,
+        description="directions of y and z in the file, such as 'centre', if the file does not show them",
     )
     unit: Literal["mm", "m", "inch"] | None = Field(
-        None, description="unit of the file, where it does not say or show it"
+        None, description="unit of the file, if the file does not state it"
     )
     surface: Annotated[Whole, Field(ge=1)] | None = Field(
-        None, description="which of several running surfaces of the file: 1, 2, ..."
+        None, description="number of the running surface, if the file has several: 1, 2, ..."
     )
     section: Annotated[Whole, Field(ge=1)] | None = Field(
-        None, description="of a list of sections (.slcs, .slcw): the number of the section, from 1 on"
+        None, description="number of the section, counted from 1, for a list of sections (.slcs, .slcw)"
     )
     section_at: float | None = Field(
-        None, description="instead of section: its position, in the unit of the list"
+        None, description="position of the section instead of its number, in the unit of the list"
     )
     tolerance: Annotated[float, Field(ge=0, le=1)] | Literal["cross-validation"] = Field(
         0.0,
-        description="smoothing of a file: rms distance of the curve from the points [mm], the rms error of "
-        "the points; or cross-validation; 0: through all points",
+        description="smoothing of a file: rms distance of the curve from the points [mm], which should "
+        "equal the rms error of the points; or cross-validation; 0: a curve through all points",
     )
     E: Amount = Field(210_000.0, description="Young's modulus [MPa]")
     nu: float = Field(0.28, ge=0, le=0.4999, description="Poisson's ratio, 0 ... 0.4999")
@@ -100,31 +101,35 @@ class WheelTable(ProfileTable):
 
     flange_back: Place | None = Field(
         None,
-        description="y of the flange back in the axes of the profile [mm]; default: the least y, if the "
-        "profile ends there in a face at least 85 degrees steep",
+        description="y of the flange back in the axes of the profile [mm]; default: the smallest y, if "
+        "the profile ends there in a face of at least 85 degrees",
     )
 
 
 class TrackTable(SceneTable):
     """The track."""
 
-    gauge: Length = Field(1435.0, description="least distance of the rails down to gauge_depth [mm]")
-    gauge_depth: Length = Field(14.0, description="depth below the rail tops of the gauge [mm]")
+    gauge: Length = Field(
+        1435.0, description="track gauge: smallest distance between the rails down to gauge_depth [mm]"
+    )
+    gauge_depth: Length = Field(
+        14.0, description="depth below the rail tops to which the gauge is measured [mm]"
+    )
     rail_inclination: Annotated[float, Field(gt=-0.5, lt=0.5)] = Field(
         0.025,
-        description="slope by which the profiles are turned to the middle of the track, 0.025 is 1:40; 0 "
-        "where they are inclined already",
+        description="inclination of the rails towards the middle of the track, 0.025 is 1:40; 0 if the "
+        "profiles are already inclined",
     )
 
 
 class WheelsetTable(SceneTable):
     """The wheelset."""
 
-    flange_back_distance: Length = Field(1360.0, description="distance of the flange backs [mm]")
+    flange_back_distance: Length = Field(1360.0, description="distance between the flange backs [mm]")
     nominal_radius: Annotated[TwoOf[Radius], BeforeValidator(_both_sides)] = Field(
         (460.0, 460.0),
-        description="radius of the wheels on the tape circle [mm]: a number, or [left, right], to whose mean "
-        "creepages refer; default: 460",
+        description="wheel radius on the tape circle [mm]: a number, or [left, right]; creepages refer to "
+        "the mean; default: 460",
     )
     tape_circle: Length = Field(70.0, description="distance of the tape circle from the flange back [mm]")
 
@@ -133,66 +138,66 @@ class ContactTable(SceneTable):
     """The contacts, without friction."""
 
     load: Annotated[Amount, BeforeValidator(_positive)] = Field(
-        90_000.0, description="vertical load of each wheel, perpendicular to the track [N]"
+        90_000.0, description="load on each wheel, perpendicular to the track plane [N]"
     )
     ics: Annotated[
         Several[Annotated[str, AfterValidator(_known)]],
         Field(
             min_length=1,
-            description="ICs with which each contact is solved: C, "
-            f"{', '.join(VARIANTS)}, or with components of others, such as Bhat+sn:B",
+            description=f"ICs used for each contact: C, {', '.join(VARIANTS)}, or with components of "
+            "others, such as Bhat+sn:B",
         ),
         EachOnce,
     ] = ("A", "Bhat")
     c_above_deg: Annotated[float, Field(ge=0, le=180)] | None = Field(
         None,
-        description="solve contacts also with C where the rail's inclination changes across the patch by "
-        "more than this [deg], such as 20 (minutes each); without this key: no C",
+        description="also solve contacts with C if the inclination of the rail changes by more than this "
+        "across the patch [deg], such as 20 (minutes per contact); without this key C is not used",
     )
     planar: bool = Field(
         True,
-        description="solve contacts also as programs for planar contact do: the elements of each patch in a "
-        "plane of its own",
+        description="also solve each contact as planar contact, with the elements of each patch in one "
+        "plane, as other programs do",
     )
     elements: Annotated[Whole, Field(ge=8, le=64)] = Field(
-        20, description="elements across the main patch, along x and s; half as many across others"
+        20, description="elements across the main patch, along x and s; other patches have half as many"
     )
 
 
 class RollingTable(SceneTable):
     """Steady rolling of the wheelset, with friction."""
 
-    friction: Annotated[float, Field(gt=0, le=2)] = Field(0.3, description="coefficient of friction")
+    friction: Annotated[float, Field(gt=0, le=2)] = Field(0.3, description="friction coefficient")
     by_angle: ByAngle = Field(
         (),
-        description="pairs [contact angle in degrees, factor from 0 to 10] of friction that depends on the "
-        "contact angle, as on a lubricated flange: [[20, 1], [40, 0.3]]; linear between, constant beyond; "
-        "default: factor 1",
+        description="friction that depends on the contact angle, for example on a lubricated flange: "
+        "pairs [angle in degrees, factor from 0 to 10] such as [[20, 1], [40, 0.3]], linear between the "
+        "angles and constant beyond them; default: factor 1",
     )
     longitudinal: Literal["free"] | Creepage = Field(
         "free",
-        description="creepage of the wheelset at its nominal radius R_0, omega R_0 / V - 1; free: that at "
-        "which no torque acts on the axle",
+        description="creepage of the wheelset at the nominal radius R_0, omega R_0 / V - 1; free: the "
+        "creepage without torque on the axle",
     )
     lateral: Creepage = Field(
         0.0,
-        description="velocity of the wheelset to the left, along the axle, over V: minus the yaw angle to "
-        "the left [rad], as far as yaw is slip alone",
+        description="velocity of the wheelset along the axle to the left, divided by V; a yaw angle to "
+        "the left [rad] enters here with a minus sign, as slip only",
     )
     spin: Annotated[float, Field(ge=-1e-3, le=1e-3)] = Field(
-        0.0, description="yaw rate to the left over V [1/mm]: 1/R in a curve of the radius R to the left"
+        0.0, description="yaw rate to the left divided by V [1/mm]: 1/R in a left-hand curve of radius R"
     )
 
 
 class ShiftsFile(SceneTable):
     """A wheelset on a track at several lateral shifts."""
 
-    title: str = Field("", description="heading of the report")
+    title: str = Field("", description="title of the report")
     shifts: Annotated[
         Several[Annotated[float, Field(ge=-50, le=50)]],
         Field(
             min_length=1,
-            description="lateral shifts of the wheelset to the left at the rails [mm]; default: -8 ... 8",
+            description="lateral shifts of the wheelset to the left, at rail level [mm]; default: -8 ... 8",
         ),
         EachDistinct,
         AfterValidator(_sorted),
@@ -200,30 +205,34 @@ class ShiftsFile(SceneTable):
     rolls: Annotated[
         Several[Annotated[float, Field(ge=-100, le=100)]],
         Field(
-            description="roll of the wheelset at each shift [mrad], positive where the left wheel is higher, "
-            "as measured on a vehicle: shifts are then those of the middle of the axle, and each wheel "
-            "stands at a height of its own under its load; default: both wheels touch"
+            description="measured roll of the wheelset at each shift [mrad], positive if the left wheel "
+            "is higher; the shifts then refer to the middle of the axle, and each wheel settles "
+            "separately under its load; default: both wheels touch"
         ),
     ] = ()
     conicity_amplitude: Length = Field(
-        3.0, description="half of the lateral motion for the equivalent conicity [mm]"
+        3.0, description="amplitude (half of the lateral motion) for the equivalent conicity [mm]"
     )
-    rail: ProfileTable = Field(description="both rails, or the left one if right_rail is given")
-    wheel: WheelTable = Field(description="both wheels, or the left one if right_wheel is given")
-    right_rail: ProfileTable | None = Field(None, description="the right rail; default: as the left one")
-    right_wheel: WheelTable | None = Field(None, description="the right wheel; default: as the left one")
+    rail: ProfileTable = Field(description="both rails, or the left rail if right_rail is given")
+    wheel: WheelTable = Field(description="both wheels, or the left wheel if right_wheel is given")
+    right_rail: ProfileTable | None = Field(
+        None, description="the right rail; default: same as the left rail"
+    )
+    right_wheel: WheelTable | None = Field(
+        None, description="the right wheel; default: same as the left wheel"
+    )
     track: TrackTable = Field(TrackTable(), description="the track")
     wheelset: WheelsetTable = Field(WheelsetTable(), description="the wheelset")
-    contact: ContactTable = Field(ContactTable(), description="the contacts, without friction")
+    contact: ContactTable = Field(ContactTable(), description="frictionless contacts of the wheels")
     rolling: RollingTable | None = Field(
-        None, description="steady rolling with friction; without this table there are no creep forces"
+        None, description="steady rolling with friction; without this table femic computes no creep forces"
     )
 
     @model_validator(mode="after")
     def _rolled_at_each_shift(self) -> "ShiftsFile":
         if self.rolls and len(self.rolls) != len(self.shifts):
             raise ValueError(
-                f"rolls: {len(self.rolls)} of them, and {len(self.shifts)} shifts: give one for each shift, "
+                f"rolls: {len(self.rolls)} values for {len(self.shifts)} shifts; give one for each shift, "
                 "or none"
             )
         return self
@@ -296,14 +305,15 @@ def _placed(key: str, table: ProfileTable, folder: Path) -> ProfileTable:
         )
         if file_keys:
             raise WrongInput(
-                f"{key}.{file_keys[0]}: is of files, and {table.profile} is one of the package: leave it out"
+                f"{key}.{file_keys[0]}: only for files, but {table.profile} is a built-in profile; leave "
+                "this key out"
             )
         return table
     path = folder / table.profile
     if not path.is_file():
         raise WrongInput(
-            f"{key}.profile = {table.profile!r}: no such file beside the specification, and no "
-            f"profile of the package ({', '.join(NAMED)})"
+            f"{key}.profile = {table.profile!r}: neither a file relative to the specification nor a "
+            f"built-in profile ({', '.join(NAMED)})"
         )
     return table.model_copy(update={"profile": str(path)})
 

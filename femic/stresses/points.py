@@ -75,7 +75,7 @@ def points_at(body: Body, x: ArrayLike, y: ArrayLike, z: ArrayLike) -> InnerPoin
     _require(
         missed <= ROUNDING * body.domain.far_radius,
         points,
-        "the nearest point of the contour is its end: below no point of the surface",
+        "the nearest point of the contour is its end, so this point lies below no point of the surface",
     )
     require_inside(body, points)
     return points
@@ -110,7 +110,7 @@ def require_inside(body: Body, points: InnerPoints) -> None:
     else:
         within = _in_polygon(body.outline.closed(body.contour), in_section) | (own_depth < rounding)
         _require(within, flat, "outside the outline of the section; give a point inside it")
-    left_again = "the normal has left the body again at this depth; give a smaller depth"
+    left_again = "the normal leaves the body before this depth; give a smaller depth"
     _require(own_depth >= -rounding, flat, left_again)
 
 

@@ -50,8 +50,9 @@ def one_surface(source: Source, rows: Rows, up: float, surface: int | None) -> t
     chosen = rows.only(parts[surface - 1])
     if (width := float(np.ptp(chosen.points[0]))) < HEAD:
         raise source.refused(
-            f"surface = {surface}: {width:.3g} mm wide, no running surface ({listed}); name another one, or "
-            "correct axes: a rail upside down is a groove between its faces"
+            f"surface = {surface}: {width:.3g} mm wide, too narrow for a running surface ({listed}). "
+            "Choose another surface, or correct axes: an inverted rail looks like a groove between its "
+            "faces"
         )
     return chosen, [f"Surface {surface} of {len(parts)} ({listed})."] * (len(parts) > 1)
 
@@ -84,8 +85,8 @@ def is_groove(points: Array) -> bool:
 
 CHOICES: Mapping[str, str] = MappingProxyType(
     {
-        "field": "y grows to the field side",
-        "centre": "y grows to the track centre",
+        "field": "y points to the field side",
+        "centre": "y points to the track centre",
         "up": "z points up",
         "down": "z points down",
     }
@@ -144,7 +145,8 @@ def find_axes(source: Source, content: Content, kind: Kind, given: Axes) -> tupl
     if shape.contradicts(given):
         mark, other = ("flange", "a rail") if kind == "wheel" else ("head", "a wheel")
         raise source.refused(
-            f"axes = '{given}': the {mark} of this {kind} shows '{shape}'; correct axes, or kind for {other}"
+            f"axes = '{given}': the {mark} of this {kind} shows '{shape}'; correct axes, or give kind for "
+            f"{other}"
         )
     by_format = Axes(None if given.y else stated.y, None if given.z else stated.z)
     if shape.contradicts(by_format):
@@ -160,7 +162,7 @@ def find_axes(source: Source, content: Content, kind: Kind, given: Axes) -> tupl
     ]
     if missing:
         raise source.refused(
-            f"axes: neither the file nor the shape shows them all; give axes = {' and '.join(missing)}"
+            f"axes: the file and the shape do not show all directions; give axes = {' and '.join(missing)}"
         )
     _check_kind(source, content.rows.points, kind, axes)
     notes = []

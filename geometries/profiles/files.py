@@ -139,11 +139,11 @@ def _interpret(  # noqa: PLR0913
     _check_count(source, content.rows)
     if content.kind and kind and content.kind != kind:
         raise source.refused(
-            f"kind = '{kind}': it is a {content.kind} by its header or its name; correct one of them"
+            f"kind = '{kind}': the header or the name of the file says {content.kind}; correct one of them"
         )
     kind = kind or content.kind
     if kind is None:
-        raise source.refused("kind: the file does not say it; give kind = 'rail' or 'wheel'")
+        raise source.refused("kind: the file does not state it; give kind = 'rail' or 'wheel'")
     factor, notes = _find_unit(source, content, unit)
     rows, cleaned = _clean(source, content.rows.scaled(factor))
     in_mm = Content(rows, kind, y=content.y, z=content.z)
@@ -179,7 +179,7 @@ def _find_unit(source: Source, content: Content, given: str | None) -> tuple[flo
         low, high = USUAL_WIDTHS
         fitting = [factor for factor in UNITS.values() if low <= width * factor <= high]
         if len(fitting) != 1:
-            raise source.refused(f"unit: y extends over {width:.4g}, which does not show the unit; {choices}")
+            raise source.refused(f"unit: y extends over {width:.4g}, so the unit is unclear; {choices}")
         factor, origin, remedy = fitting[0], "as its size shows", choices
     if not WIDTHS[0] <= width * factor <= WIDTHS[1]:
         raise source.refused(
@@ -199,20 +199,18 @@ def _clean(source: Source, rows: Rows) -> tuple[Rows, list[str]]:
     if fold is not None:
         raise source.wrong(
             int(rows.lines[fold]),
-            "the points turn back here; they must go along the surface, in one direction",
+            "the points turn back here; they must follow the surface in one direction",
         )
     try:
         crossing = first_crossing(rows.points)
     except SelfIntersection:
-        raise source.refused(
-            "the points lie on each other in many places; they must go along the surface, once"
-        ) from None
+        raise source.refused("many points coincide; the points must follow the surface once") from None
     if crossing is not None:
         k, m = crossing
         ends = rows.points[:, [0, -1]]
         if k == 0 and m == rows.count - 2 and math.dist(*ends.T.tolist()) <= DUPLICATE:
             raise source.wrong(
-                int(rows.lines[-1]), "the outline is closed; keep the running surface, from face to face"
+                int(rows.lines[-1]), "the outline is closed; keep only the running surface, from face to face"
             )
         raise source.wrong(
             int(rows.lines[m]),

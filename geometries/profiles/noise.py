@@ -135,9 +135,9 @@ def advice(prepared: Prepared) -> str:
     tolerance = MORE * smoothing.rms if has_tolerance else sigma
     return (
         f"The points are written in steps of {_plain(sigma / ROUNDING_RMS)} mm, {spacing:.2g} mm apart "
-        f"(about s = {places[worst]:.0f} mm): rounding makes a false curvature of about {curvature:.2g}/mm "
-        f"(radius {1 / curvature:.2g} mm), and errors of p_max of up to {100 * share:.0f} % on a tread. Take "
-        f"a tolerance of {_plain(tolerance)} mm."
+        f"(about s = {places[worst]:.0f} mm). This rounding causes a false curvature of about "
+        f"{curvature:.2g}/mm (radius {1 / curvature:.2g} mm) and errors of p_max of up to "
+        f"{100 * share:.0f} % on a tread. Use a tolerance of {_plain(tolerance)} mm."
     )
 
 
@@ -206,7 +206,7 @@ def noise(figure: ProfileFigure) -> str:
     remedy = f"a tolerance of {USUAL:g} mm" if rms < 0.9 * USUAL else "a larger tolerance"
     return (
         f"The least radius is {radius_text(figure, at)} mm (at s = {figure.s[at]:.1f} mm), below "
-        f"{LEAST_RADIUS:g} mm: standard profiles have 12 mm and more, so this looks like noise or a burr. "
+        f"{LEAST_RADIUS:g} mm: standard profiles have 12 mm or more, so this is probably noise or a burr. "
         f"Try {remedy}."
     )
 

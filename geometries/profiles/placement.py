@@ -106,8 +106,8 @@ def arc_length_at(curve: Curve, y: float) -> float:
     if len(crossings) != 1:
         found = ", ".join(f"{s[k]:.4g}" for k in crossings) or "none"
         raise WrongInput(
-            f"y = {y:g} mm: the profile must have one point there; arc lengths of its points: {found} mm; "
-            "give the arc length of the contact centre"
+            f"y = {y:g} mm: the profile must have exactly one point there; arc lengths of its points: "
+            f"{found} mm; give the arc length of the contact centre"
         )
     k = int(crossings[0])
 

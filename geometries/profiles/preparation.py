@@ -154,7 +154,7 @@ def _distinct(profile: Profile) -> tuple[Array, Mask, tuple[str, ...]]:
     if np.count_nonzero(new) < LEAST_POINTS:
         raise WrongInput(f"{np.count_nonzero(new)} points: at least {LEAST_POINTS} different ones are needed")
     repeated = int(np.count_nonzero(~new))
-    notes = (f"{repeated} points that repeat their predecessor left out.",) if repeated else ()
+    notes = (f"{repeated} repeated points were left out.",) if repeated else ()
     return points[:, new], new, notes
 
 
@@ -175,12 +175,15 @@ def _spline(curve: "scipy.interpolate.PPoly") -> Spline:
 def _describe(smoothing: Smoothing, residual: Array) -> str:
     """Return a sentence about the smoothing."""
     if not smoothing.length:
-        return f"A cubic spline through all {len(residual)} points; their errors are errors of the curve."
+        return (
+            f"A cubic spline through all {len(residual)} points, so the errors of the points remain in "
+            "the curve."
+        )
     return (
         f"Smoothed by {smoothing.rule}: rms distance of {len(residual)} points from the curve "
         f"{UM * rms(residual):.3g} µm, largest {UM * np.max(np.abs(residual)):.3g} µm; waves shorter than "
-        f"about {2 * np.pi * smoothing.length:.2g} mm are smoothed away (smoothing length "
-        f"{smoothing.length:.3g} mm)."
+        f"about {2 * np.pi * smoothing.length:.2g} mm are removed (smoothing length {smoothing.length:.3g} "
+        "mm)."
     )
 
 

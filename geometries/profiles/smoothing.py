@@ -265,8 +265,8 @@ def _check_loops(lengths: Array, points: Array) -> None:
     curve, polygon = float(np.ptp(lengths)), float(chord_lengths(points)[-1])
     if curve > LONGEST * polygon:
         raise Failure(
-            f"the smoothed curve is {curve:.4g} mm long, {polygon:.4g} mm from point to point: it has loops; "
-            "give a smaller tolerance, or cut corners off the profile"
+            f"the smoothed curve is {curve:.4g} mm long, {polygon:.4g} mm from point to point, so it has "
+            "loops; give a smaller tolerance, or remove the corners of the profile"
         )
 
 

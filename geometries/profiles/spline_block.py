@@ -68,7 +68,7 @@ def read_spline_block(source: Source) -> Content:
         notes.append(f"The file says: {block.keys['comment'][1].strip(chr(39))}.")
     unknown = sorted(set(block.keys) - set(NUMBERS) - set(SWITCHES) - set(WITHOUT_EFFECT))
     if unknown:
-        notes.append(f"Keys that are not known, without effect: {', '.join(unknown)[:200]}.")
+        notes.append(f"Unknown keys, ignored: {', '.join(unknown)[:200]}.")
     if smooth := values["approx.smooth"]:
         notes.append(f"approx.smooth = {smooth:g} has no effect: the points are as measured.")
     if block.weighted:
@@ -77,7 +77,9 @@ def read_spline_block(source: Source) -> Content:
     notes += done
     if kind and bool(rows.points[0, -1] > rows.points[0, 0]) != (kind == "rail"):
         usual = "growing" if kind == "rail" else "falling"
-        notes.append(f"The points go the other way than in most files of {kind}s, which have {usual} y.")
+        notes.append(
+            f"The points run in the opposite direction to most files of {kind}s, which have {usual} y."
+        )
     unit = UNITS["m"] / values["units.len.f"]
     return Content(rows, kind, unit, "units.len.f" in block.keys, "field", "down", tuple(notes))
 

@@ -182,7 +182,8 @@ def _no_motion(curve: Differences, amplitude: float) -> str:
     if not curve.centres():
         return (
             f"equivalent conicity: the rolling-radius difference goes from {curve.values[0]:g} to "
-            f"{curve.values[-1]:g} mm without growing through 0: no motion returns; take more shifts"
+            f"{curve.values[-1]:g} mm and does not increase through 0, so the wheelset does not return to "
+            "the middle; give more shifts"
         )
     widest, beyond = 0.0, min(amplitude, float(last - first))
     for _ in range(HALVINGS):
@@ -190,8 +191,8 @@ def _no_motion(curve: Differences, amplitude: float) -> str:
         moves = _at_rest(curve, middle) or _moving(curve, middle)
         widest, beyond = (middle, beyond) if moves else (widest, middle)
     return (
-        f"amplitude = {amplitude:g} mm: between the shifts from {first:g} to {last:g} mm, and where the "
-        f"differences lead back, motions have an amplitude of {widest:.4g} mm at most; take more shifts"
+        f"amplitude = {amplitude:g} mm: between the shifts from {first:g} to {last:g} mm, where the "
+        f"wheelset returns to the middle, the largest amplitude is {widest:.4g} mm; give more shifts"
     )
 
 

@@ -155,8 +155,9 @@ def place_rail(rail: Curve, track: TrackDimensions) -> Moved:
     deeper = np.flatnonzero(depth > track.gauge_depth)
     if not len(deeper):
         raise WrongInput(
-            f"gauge_depth = {track.gauge_depth:g} mm: the rail profile ends {np.max(depth, initial=0.0):.3f} "
-            "mm below its top on the gauge side; take more of the profile or a smaller depth"
+            f"gauge_depth = {track.gauge_depth:g} mm, but the rail profile ends "
+            f"{np.max(depth, initial=0.0):.3f} mm below its top on the gauge side; take more of the "
+            "profile or a smaller depth"
         )
     lowest = int(deeper[-1])
     t_depth = _crossing(inclined, 1, top - track.gauge_depth, (gauge_side.t[lowest], samples.t[lowest + 1]))
@@ -207,7 +208,7 @@ def _side(rail: Moved, wheel: PlacedWheel) -> Side:
 def _check_kind(curve: Curve, kind: Kind) -> None:
     """Raise WrongInput for a prepared wheel as a rail and the reverse; other curves do not say it."""
     if isinstance(curve, Prepared) and curve.kind != kind:
-        raise WrongInput(f"{curve.name or 'profile'}: is a {curve.kind}, but a {kind} belongs here")
+        raise WrongInput(f"{curve.name or 'profile'}: is a {curve.kind}, but a {kind} is needed here")
 
 
 def _flange_back(samples: Samples) -> float:
@@ -219,8 +220,9 @@ def _flange_back(samples: Samples) -> float:
         raise WrongInput(
             "wheel.flange_back is not given, and the profile of the wheel begins at y = "
             f"{samples.points[0, k]:g} mm with an inclination of {np.degrees(slope):.1f} degrees, which is "
-            "no flange back: give the y of the flange back [mm] in the axes of the profile (of a wheel "
-            "measured from its tape circle -70, if this is 70 mm from the flange back)"
+            "not a flange back. Give the y of the flange back [mm] in the axes of the profile; for a "
+            "wheel measured from its tape circle this is -70, if the tape circle is 70 mm from the flange "
+            "back"
         )
     return float(samples.points[0, k])
 

@@ -67,8 +67,8 @@ def gap_minima(side: Side, shift: float, roll: float, within: float = SAMPLED_ER
     minima = _without_repeats(refined_near(side.rail, wheel, *candidate) for candidate in candidates)
     if not minima or minima[0].gap > least + HERMITE_ERROR + side.step:
         raise Failure(
-            f"touching points near arc lengths {[bracket for bracket, _ in candidates]} mm of the rail: not "
-            "found on the curves; they may have kinks: smooth the profiles"
+            f"touching points near arc lengths {[bracket for bracket, _ in candidates]} mm of the rail: "
+            "not found on the curves, which may have kinks; smooth the profiles"
         )
     return [minimum for minimum in minima if minimum.gap <= minima[0].gap + within]
 
@@ -179,8 +179,8 @@ def _no_touch(side: Side, wheel: Moved, end: tuple[float, float, float] | None) 
         f"wheel from {np.min(y_wheel):.3f} to {np.max(y_wheel):.3f} mm"
     )
     if end is None:
-        return f"the wheel is not above the rail: {reach}; check gauge, flange back and shift"
+        return f"the wheel does not lie above the rail: {reach}; check gauge, flange back and shift"
     return (
         f"the gap is least at y = {end[1]:.3f} mm, where a profile ends or is steeper than 85 degrees: "
-        f"{reach}; take more of the profiles or a smaller shift"
+        f"{reach}; extend the profiles or give a smaller shift"
     )

@@ -226,9 +226,9 @@ def _find_roll(
         if abs(roll) > LARGEST_ROLL:
             break
     raise Failure(
-        f"shift = {shift:g} mm: no roll up to {LARGEST_ROLL:g} rad lets both wheels touch: without roll the "
-        f"left wheel rests {first:g} mm higher than the right one, at {roll:g} rad {excess:g} mm; "
-        "take a smaller shift"
+        f"shift = {shift:g} mm: no roll up to {LARGEST_ROLL:g} rad brings both wheels into contact. "
+        f"Without roll the left wheel rests {first:g} mm higher than the right one, at {roll:g} rad "
+        f"{excess:g} mm; give a smaller shift"
     )
 
 
@@ -298,9 +298,9 @@ def _check_flange(name: SideName, side: Side, touch: Touch, given: str) -> None:
     """Raise Failure where a wheel stands on the tip of its flange: no force leads it back to its tread."""
     if touch.s_wheel < side.steepest and touch.angle <= 0:
         raise Failure(
-            f"{given}: the {name} wheel has climbed its rail. It stands on the tip of its flange, "
+            f"{given}: the {name} wheel has climbed the rail and stands on the tip of its flange, "
             f"{side.steepest - touch.s_wheel:.3f} mm beyond the steepest part, at a contact angle of "
-            f"{np.degrees(touch.angle):.2f} degrees: no force leads it back; take a smaller shift"
+            f"{np.degrees(touch.angle):.2f} degrees. No force brings it back; give a smaller shift"
         )
 
 
@@ -322,13 +322,14 @@ def _unusual(name: SideName, side: Side, touch: Touch) -> tuple[str, ...]:
         to_end = min(s, curve.limits[1] - s)
         if to_end < NEAR_END:
             notes.append(
-                f"touches {to_end:.2f} mm from the end of the profile of the {part}, at its "
-                f"(y, z) = ({place[0]:.2f}, {place[1]:.2f}) mm: take more of the profile"
+                f"touches {to_end:.2f} mm from the end of the profile of the {part}, at its (y, z) = "
+                f"({place[0]:.2f}, {place[1]:.2f}) mm; extend the profile"
             )
     if -touch.point[1] > DEEP:
         notes.append(
-            f"touches the rail {-touch.point[1]:.1f} mm below its top, at (y, z) = ({touch.on_rail[0]:.2f}, "
-            f"{touch.on_rail[1]:.2f}) mm of its profile: is this a surface of the rail?"
+            f"touches the rail {-touch.point[1]:.1f} mm below its top, at (y, z) = "
+            f"({touch.on_rail[0]:.2f}, {touch.on_rail[1]:.2f}) mm of its profile; check that the profile "
+            "is real there"
         )
     return tuple(f"the {name} wheel {note}" for note in notes)
 

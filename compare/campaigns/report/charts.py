@@ -46,7 +46,7 @@ LEVEL_LOOKS = tuple(
 )
 FAILED = Look("#808080", "", "x")
 ALL, OTHERS = "all", "some"  # of the ICs
-ADVISED = "cheapest ICs that are good enough"
+ADVISED = "cheapest ICs that are accurate enough"
 RARE = -1  # stands for rare sets of ICs
 # pale, so that lines are seen: from all ICs to none; of many combinations, the rare ones have the last colour
 GREEN, RED = "#a5d8c5", "#f3b9a0"
@@ -137,7 +137,9 @@ def third_axis_chart(
     third, one_row = axes[2], field.select(rows=[row])
     steps = {}
     if field.rates_ics:
-        steps["the worst"] = _maps(one_row.worst_over(third.name), Plane.from_axes(axes, failed), field)
+        steps["the largest error"] = _maps(
+            one_row.worst_over(third.name), Plane.from_axes(axes, failed), field
+        )
     for k in evenly_spaced(len(third.values), MOST_STEPS):
         at = {third.name: k}
         plane = Plane.from_axes(axes, failed.isel(at))

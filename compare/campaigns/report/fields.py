@@ -280,9 +280,9 @@ SYMBOLS = {"slope": "dF_x/dξ", CURVES_LARGEST: "F_x(ξ)", "sliding_share": "sli
     name: number.symbol for name, number in OF_DAMAGE.items() if name not in OF_CONTACTS
 }
 MEANINGS = {
-    "slope": " dF_x/dξ: slope of the creep-force curve where it has no force.",
-    CURVES_LARGEST: " F_x(ξ): largest distance of creep-force curves, share of friction times load.",
-    "sliding_share": " Sliding: share of the patch that slides, the difference.",
+    "slope": " dF_x/dξ: slope of the creep-force curve at zero force.",
+    CURVES_LARGEST: " F_x(ξ): largest difference of the creep-force curves, relative to friction times load.",
+    "sliding_share": " Sliding: difference of the sliding part of the patch.",
 }
 DIMS = {"case": "load", "load": "load", "friction": "friction", "xi": "creepage"}  # dims in words
 SHOWN_ORDER = ("nn", "ss", "xx", "xs", "xn", "sn", "sx", "nx", "ns")  # of components
@@ -293,10 +293,10 @@ STRESSES = {
 }
 ANY = "the worst component"
 VANISHING = (
-    f" {VANISHES}: in some scenes this component of C vanishes, or nearly does; its errors there are shares "
-    "of 0.05 max |C_nn|."
+    f" {VANISHES}: this component of C vanishes or nearly vanishes in some scenes; its errors there are "
+    "relative to 0.05 max |C_nn|."
 )
-BY_PLACE = " Scenes differ in their ICs: here they are named after their places in the lists."
+BY_PLACE = " The scenes use different ICs; they are named here after their positions in the lists."
 
 
 def find_fields(dataset: xr.Dataset) -> list[Field]:
@@ -330,12 +330,12 @@ def _errors(dataset: xr.Dataset) -> Iterator[Field]:
                 mark = VANISHES if vanishes.any() else ""
                 columns[component + mark] = worst.where((worst.variant != C) | ~vanishes)
         text = (
-            f"Error of the {body} ICs: largest deviation from C over a line, share of the component itself; "
-            f"the worst over all lines. {COMPONENTS}"
+            f"Error of the {body} ICs: largest deviation from C over all lines, relative to the component "
+            f"itself. {COMPONENTS}"
         )
     else:
         columns[ANY] = dataset.known_error.sel(body=body, drop=True).drop_attrs()
-        text = f"Error of the {body} ICs with the estimate of C: the worst over lines and components."
+        text = f"Error of the {body} ICs plus the estimated error of C: largest over lines and components."
     if not columns:
         return
     text += VANISHING if any(name.endswith(VANISHES) for name in columns) else ""
@@ -391,8 +391,9 @@ def _deviations(dataset: xr.Dataset, numbers: Sequence[str], reference: str, ove
     return Field(
         "contact",
         "deviation",
-        "deviations of the contact",
-        f"Numbers of the contact with each of the ICs over those with {base}, minus 1{over}.{''.join(notes)}",
+        "errors of the contact",
+        "Relative difference of the contact numbers with each of the ICs from those with "
+        f"{base}{over}.{''.join(notes)}",
         values.sel({ROW: [name for name in map(str, values[ROW].values) if name != reference]}),
         xr.concat(estimates, labels),
         base,
@@ -412,19 +413,20 @@ def _stresses(dataset: xr.Dataset) -> Iterator[Field]:
     yield Field(
         "half_space",
         "deviation",
-        "deviations of half-spaces",
-        "Largest stresses in half-spaces under the same tractions over those in the true bodies, minus 1.",
+        "errors of half-space stresses",
+        "Relative difference of the largest stresses in half-spaces from those in the actual bodies, "
+        "under the same tractions.",
         (flat / true - 1).expand_dims({ROW: ["half-space"]}),
         xr.concat(estimates, labels) / abs(true),
-        "true bodies",
+        "actual bodies",
     )
     yield Field(
         "stresses",
         "value",
         "largest stresses",
-        "Largest stresses in the true bodies [MPa].",
+        "Largest stresses in the actual bodies [MPa].",
         true.assign_coords({COLUMN: [f"{label} [MPa]" for label in labels.values]}).expand_dims(
-            {ROW: ["true body"]}
+            {ROW: ["actual body"]}
         ),
     )
 
@@ -454,7 +456,8 @@ def _calibration(dataset: xr.Dataset) -> Iterator[Field]:
             f"fitted_{number}",
             "error",
             f"errors of the fit to {body}",
-            f"Largest deviation from C of {body} for B̂ and the fitted B̂′, share of max |C| of the points.",
+            f"Largest deviation from C of {body} with B̂ and with the fitted B̂′, relative to max |C| of "
+            "the points.",
             xr.concat(errors, xr.Variable(ROW, list(kinds))).rename(fitted_component=COLUMN),
         )
 

@@ -106,16 +106,17 @@ def _folded_sections(dataset: xr.Dataset, fields: Sequence[Field]) -> Iterator[F
         note = ""
         if not is_grid(dataset):
             note = (
-                "Rank correlations (Spearman) of sizes: +1 where both always grow together, 0 without order."
+                "Rank correlation (Spearman) of absolute values: +1 if both always grow together, 0 if "
+                "there is no order."
             )
         elif has_crossings(dataset, fields):
             note = (
                 f"Places along {main_axis(read_axes(dataset)).name} are interpolated linearly between "
-                "scenes. Small: where a level is exceeded most, then where least. All places: "
-                f"`{CROSSINGS}`."
+                "scenes. Small: first where a level is exceeded most, then where it is exceeded least. "
+                f"All places: `{CROSSINGS}`."
             )
         tables = [table for field in fields for table in field_tables(field, dataset)]
-        yield Folded("Where numbers are large, and the largest", [Note(note), *tables])
+        yield Folded("Largest numbers, and where they occur", [Note(note), *tables])
     else:
         yield Section("", ["Nothing is computed yet."])
     if failures := failure_table(dataset):
@@ -128,8 +129,8 @@ def _folded_sections(dataset: xr.Dataset, fields: Sequence[Field]) -> Iterator[F
 
 
 ADVISED = (
-    "The cheapest ICs whose error, with the estimate of C, is at most `ics_tolerance`; of random scenes over "
-    "the first two axes, else at the first values of those after the third."
+    "The cheapest ICs whose error plus the estimated error of C is at most `ics_tolerance`. Random scenes "
+    "are shown over the first two axes; otherwise axes beyond the third are at their first values."
 )
 LINES = f"Lines: {join_words(f'{100 * level:g}' for level in LEVELS)} %."
 
@@ -146,7 +147,7 @@ def _chart_sections(dataset: xr.Dataset, fields: Sequence[Field]) -> Iterator[Se
             advised_chart(advice, axes, failed),
             Note(f"{ADVISED} {meanings}"),
         ]
-        yield Section("Which ICs are good enough", shown)
+        yield Section("Which ICs are accurate enough", shown)
     ratings = [field for field in fields if field.rates_ics]
     for field in sorted(fields, key=lambda field: not field.rates_ics):
         if "sample" not in failed.dims and len(axes) > 1:
@@ -173,7 +174,7 @@ def _line_blocks(field: Field, axes: Sequence[ShownAxis], meanings: str) -> Iter
     else:
         yield clouds(field, axes)
     drawn = f" {min(count, MOST_POINTS)} of {count} scenes are drawn." if count else ""
-    rated = f" {LINES} Bands of curves: the estimate of {field.reference}." if field.rates_ics else ""
+    rated = f" {LINES} Bands: the estimated error of {field.reference}." if field.rates_ics else ""
     lowest = f" Errors below {share(LOWEST)} are drawn there." if field.kind == "error" else ""
     yield Note(f"{field.text}{drawn}{rated}{lowest} {meanings}")
 
@@ -189,8 +190,9 @@ def _map_sections(
         for axis in further:
             worst = worst.worst_over(axis.name)
         note = (
-            "Colours: the ICs within the tolerance at each scene, with more than two axes at the worst of "
-            f"the further ones; lines: where each of them exceeds it. {meanings}"
+            "Colours: the ICs within the tolerance in each scene; with more than two axes, for the most "
+            "unfavourable values of the other axes. Lines: where each of the ICs exceeds the tolerance. "
+            f"{meanings}"
         )
         yield Section(f"ICs within the tolerance over {over}", [within_chart(worst, plane), Note(note)])
     rated = f" {LINES}" if field.rates_ics and plane.has_lines else ""
@@ -202,7 +204,9 @@ def _map_sections(
         return
     for axis in further[1:]:
         field = field.worst_over(axis.name)
-    rest = "the worst over further axes" if field.rates_ics else "the first values of further axes"
+    rest = (
+        "the largest error over the other axes" if field.rates_ics else "the first values of the other axes"
+    )
     note = (
         f"{field.text}{rated} At most {MOST_STEPS} values of {further[0].name} are shown, {rest}. {meanings}"
     )

@@ -113,7 +113,7 @@ def crossing_texts(axis: ShownAxis, sizes: Array, level: float) -> list[str]:
         if start is None:
             ranges.append(EVERYWHERE if end is None else f"up to {end}")
         else:
-            ranges.append(f"from {start} on" if end is None else f"from {start} to {end}")
+            ranges.append(f"above {start}" if end is None else f"from {start} to {end}")
     return ranges or [NOWHERE]
 
 
@@ -203,11 +203,11 @@ def answer_table(field: Field, dataset: xr.Dataset) -> Table:
 def answer_note(field: Field, dataset: xr.Dataset) -> str:
     """Return what the table that begins the page shows."""
     axes = swept(read_axes(dataset))
-    where = "the share of the scenes in which it exceeds"
+    where = "the fraction of the scenes in which it exceeds"
     if axes and is_grid(dataset):
         where = f"where along {main_axis(axes).label}, interpolated linearly between scenes, it most exceeds"
     return (
-        f"Largest of all scenes, ± the estimate of {field.reference} there; below, {where} "
+        f"Largest value over all scenes, ± its estimated error from {field.reference}; below, {where} "
         f"{share(REPORTED)}. At most {MOST_COLUMNS} columns; the tables at the end have all."
     )
 
@@ -234,7 +234,7 @@ def level_table(field: Field, axes: Sequence[ShownAxis], *, on_grid: bool = True
         over = [crossing_cell(sizes, axes, x) if on_grid else Cell(share_over(sizes, x)) for x in LEVELS]
         return [*over, f"{known} of {part.values.size}"]
 
-    where = f"where along {main_axis(axes).label}" if on_grid else "share of the scenes"
+    where = f"where along {main_axis(axes).label}" if on_grid else "fraction of the scenes"
     columns = [Column(head, is_text=on_grid) for head in (*OVER, "scenes known")]
     return Table(f"{field.title}: {where}", columns, _rows(field, cells))
 
@@ -323,7 +323,7 @@ def advice_table(advice: Advice) -> Table:
     """Return in how many scenes each of the ICs is advised."""
     advised, kinds = advice
     rows = [Row(name, [str(int((advised == k).sum()))]) for k, name in enumerate(kinds)]
-    return Table("cheapest ICs that are good enough", ["scenes"], rows)
+    return Table("cheapest ICs that are accurate enough", ["scenes"], rows)
 
 
 def failure_table(dataset: xr.Dataset) -> Table | None:
@@ -343,8 +343,8 @@ def cost_table(dataset: xr.Dataset) -> Table:
     seconds = dataset["seconds"].values
     order = np.argsort(seconds, axis=None, kind="stable")[: np.isfinite(seconds).sum()]  # NaN comes last
     chosen = dict.fromkeys([*order[:1], *order[: -SLOWEST - 1 : -1]])
-    rows = [Row("all, without models that other scenes have solved", [Cell(np.nansum(seconds), ".3g")])]
+    rows = [Row("total, excluding models that other scenes solved", [Cell(np.nansum(seconds), ".3g")])]
     for number in chosen:
         place = np.unravel_index(number, seconds.shape)
         rows.append(Row(point_name(dataset, place), [Cell(float(seconds[place]), ".2g")]))
-    return Table("Seconds of scenes: all, the fastest and the slowest", [Column("seconds", "s")], rows)
+    return Table("Seconds per scene: total, fastest and slowest", [Column("seconds", "s")], rows)

@@ -150,7 +150,10 @@ def compare(label: str, solved: ContactSolution, truth: Numbers, against: str, s
     estimates = {name: solved.estimates[name] for name in truth}
     if not np.all(np.isfinite(list(estimates.values()))):
         worst = max(shares, key=shares.__getitem__)
-        note += f"; worst: {ALL[worst].symbol}, without an estimate, since larger elements have no solution"
+        note += (
+            f"; worst: {ALL[worst].symbol}, without an estimated error, because larger elements give "
+            "no solution"
+        )
         return WithinLimit(label, shares[worst], None, None, against, seconds, note)
     used = {name: _over(errors[name], estimate) for name, estimate in estimates.items()}
     worst = max(used, key=used.__getitem__)

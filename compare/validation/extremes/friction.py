@@ -120,7 +120,10 @@ def _invariances() -> list[ContactCase]:
     )
     factors = {**dict.fromkeys(ROLLED, 1.0), "F_y": -1.0, "M_z": -1.0}
     mirrored = same_as("its mirror image", case("", there, FINER), factors)
-    return [case(f"lengths times {unit:g}", large, in_mm), case("off the crown, spin", here, mirrored)]
+    return [
+        case(f"lengths times {unit:g}", large, in_mm),
+        case("away from the crown, with spin", here, mirrored),
+    ]
 
 
 # --- limits ----------------------------------------------------------------------------------------------

@@ -215,7 +215,7 @@ def _invariances() -> list[ContactCase]:
     )
     factors = {**same, "F_y": -1.0, "M_x": -1.0, "s_centre": -1.0}
     truth = same_as("its mirror image", against_finer("", there), factors)
-    cases.append(ContactCase("off the crown", "geometry1", here, press, truth))
+    cases.append(ContactCase("away from the crown", "geometry1", here, press, truth))
     one, other = {"E": 70e3, "nu": 0.33}, {"E": 210e3, "nu": 0.28}
     here, there = (
         crossed(100.0, bodies={"lower": lower, "upper": upper})

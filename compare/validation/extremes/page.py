@@ -29,18 +29,19 @@ from compare.validation.extremes.cases import (
 from compare.validation.study import versions_text, write_study
 from femic.reference.run_options import RunOptions
 
-TITLE = "femic at its limits: range of each part, errors at the limits, messages beyond them"
+TITLE = "femic at its limits: range of each part, errors at the limits, and messages beyond them"
 ERRORS = (
-    "Analytic: the largest relative error of a component (of rotations: of an entry of the matrix), corners "
-    "of the range and cases drawn by hypothesis. Engines: the largest error of six components on three "
-    "lines, on planes against A, elsewhere against C from cells less than half as large in a domain more "
-    "than twice as large; errors and estimates of C are shares of the scale of refinement, the larger of max "
-    "|C_ij| and 0.05 max |C_nn| on a line, which the tolerance is for. An error may be smaller than another "
-    "component's estimate and larger than its own: error over estimate is the largest of a component on a "
-    "line over its own. Contacts: the largest error of their numbers, named with each case, against a closed "
-    "form, against smaller elements or a finer C, or against the same contact in other units or mirrored; "
-    "shares of each number, or of the largest possible (work of friction, sliding, forces that vanish). "
-    "Time: of all models of a case, of a contact with its estimates."
+    "Analytic: the largest relative error of a component (for rotations: of an entry of the matrix), at "
+    "the corners of the range and in cases drawn by hypothesis. Engines: the largest error of six "
+    "components on three lines. On planes the comparison is with A, elsewhere with C from cells less than "
+    "half as large in a domain more than twice as large. Errors and estimated errors of C are relative to "
+    "the scale of refinement, the larger of max |C_ij| and 0.05 max |C_nn| on a line, to which the "
+    "tolerance applies. Error/estimate is the largest ratio of the error of a component on a line to the "
+    "estimated error of the same component and line. Contacts: the largest error of the numbers named "
+    "with each case, compared with a closed form, with smaller elements or a finer C, or with the same "
+    "contact in other units or mirrored. It is relative to the number itself, or to its largest possible "
+    "value (work of friction, sliding, forces that vanish). Time: all models of a case, or a contact with "
+    "its error estimates."
 )
 TOO_SMALL = red(0.3)  # background of an error that is larger than its estimate, and of no refusal
 COLOURED = [replace(look, dash="") for look in (*OWN.values(), *FURTHER) if look.colour != INK]
@@ -91,7 +92,7 @@ def _cases(rows: Sequence[Entry]) -> list[Entry]:
 
 def _answer(rows: Sequence[Entry]) -> Table:
     """Return the worst of each part."""
-    heads = ["tolerance", "largest error", "largest estimate", "largest error over estimate"]
+    heads = ["tolerance", "largest error", "largest estimate", "largest error / estimated error"]
     table_rows = []
     for part, limits in _by_part(rows).items():
         tolerance = Cell(engines.TOLERANCE.get(part, np.nan), "g")
@@ -141,14 +142,14 @@ def _panels(rows: Sequence[Entry]) -> list[Panel]:
             used, errors = ([case[key] for case in cases] for key in ("used", "error"))
             curves.append(Curve(row["parameter"], used, errors, replace(look, marker=marker)))
         marks = ", ".join(f"{kind}: {part}" for part, kind in kinds.items())
-        title = f"{marks}; right of the dotted line an estimate is too small"
+        title = f"{marks}; right of the dotted line the estimated error is too small"
         if group:
-            axes = "error over its estimate [-]", "error [-]"
+            axes = "error / estimated error [-]", "error [-]"
             panels.append(Panel(title, *axes, curves, log_y=True, marks=(1.0,)))
     return panels
 
 
-SHARES = number_heads("error", "estimate", "error over estimate", unit="1")
+SHARES = number_heads("error", "estimate", "error / estimate", unit="1")
 
 
 def _limits_table(rows: Sequence[Entry]) -> Table:

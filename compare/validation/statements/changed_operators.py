@@ -280,7 +280,7 @@ def _motion_panels(runs: Runs) -> Iterator[Panel]:
 STATEMENTS = (
     Statement(
         42,
-        "Contact by fast operators is contact by dense matrices.",
+        "The fast operators give the same contact as dense matrices.",
         (
             below(SAME, "tractions", "largest difference of a traction over the largest pressure")(
                 change("tractions", dense_and_fast)
@@ -295,7 +295,7 @@ STATEMENTS = (
     ),
     Statement(
         45,
-        "Contact at a given load does not depend on rigid motions that are added to the ICs.",
+        "Rigid motions added to the ICs do not change contact at a given load.",
         (
             below(UNCHANGED, "tractions", "largest change of a traction over the largest pressure")(
                 change("tractions")

@@ -31,13 +31,13 @@ _CHANGES = (  # the verdict with the old criterion is empty if there was none
         {15: ""},
         "an error of C on the plane, 1.4 times its estimate",
         "the same criterion",
-        "not the criterion was changed but the program: its estimates were made safer (CHANGELOG)",
+        "the criterion is unchanged; the estimated errors of the program were made safer",
     ),
     (
         {10: "reproduced", 12: "depends"},
         "errors as shares of max |C_ij| on a line, at least of 0.05 max |C_nn|",
         "of max |C_ij| on all lines of the scene",
-        "the floor hid xn of equal bodies, which is 2 to 49 times smaller than it",
+        "the floor hid xn of equal bodies, which is 2 to 49 times smaller than the floor",
     ),
     (
         {2: "reproduced"},
@@ -51,7 +51,7 @@ _CHANGES = (  # the verdict with the old criterion is empty if there was none
         "error of B_nn along s < 0.1, of A_nn > 0.1, as shares of the peak; along x both < 0.1",
         "|v / C - 1| at s = 10 mm: A > 0.1, more than at 5 mm, more on Geometry 2; B < 0.1, better than A; "
         "at x = 10 mm both < 0.1",
-        "the source speaks of what happens away from the load; there both are small beside the peak",
+        "the source describes what happens away from the load, where both are small compared with the peak",
     ),
     (
         {3: "depends"},
@@ -83,13 +83,13 @@ _CHANGES = (  # the verdict with the old criterion is empty if there was none
         {9: "depends"},
         "error of B_sn, B̂′_sn over B̂_sn, translation: all lines",
         "on the line along s, x = 1.6 mm; new: error of B_sn within the arc < 0.1",
-        "that is the line that the source plots; there it says that C_sn is captured within the arc",
+        "the source plots this line and says that C_sn is captured within the arc",
     ),
     (
         {11: "depends"},
         "largest change of C with ν < 0.05",
         "largest change of the errors of A, B, B̄, B̂ < 0.05; what is best stays within 0.05 of the best",
-        "the source says that the comparison is the same, not that C is",
+        "the source says that the comparison is the same, not that C itself is the same",
     ),
     (
         {13: "depends"},
@@ -101,7 +101,7 @@ _CHANGES = (  # the verdict with the old criterion is empty if there was none
         {15: "reproduced"},
         "arc of 1000 reference lengths: error of A < 0.01 with the floor of 0.05 max |C_nn|",
         "|C - A| on a line < 0.01 of max |A_ij| there, of max |A_nn| where A_ij is 0",
-        "as a share of C_ij itself, what vanishes in the limit is all wrong",
+        "relative to C_ij itself, a component that vanishes in the limit always has a large error",
     ),
     (
         {16: "depends"},
@@ -120,7 +120,7 @@ _CHANGES = (  # the verdict with the old criterion is empty if there was none
         {26: "reproduced", 28: "reproduced"},
         "errors less, or plus, the sum of the estimates of both contacts",
         "errors on the same elements; cases within what they are known to do not count",
-        "the sum was so large that what is wrong could be met",
+        "the sum was so large that wrong results could meet the criterion",
     ),
     (
         {27: "depends"},
@@ -132,15 +132,15 @@ _CHANGES = (  # the verdict with the old criterion is empty if there was none
         {29: "depends", 30: "depends", 34: "reproduced", 35: "depends"}
         | {36: "depends", 37: "depends", 39: "depends", 40: "reproduced", 41: ""},
         "whatever is known of the number",
-        "cases within what it is known to do not count",
-        "ratios of small errors were decided by those of elements and C",
+        "cases closer to the threshold than the estimated error do not count",
+        "errors of elements and of C decided the ratios of small errors",
     ),
     (
         {34: "not decided", 35: "depends", 36: "depends", 37: "depends"}
         | dict.fromkeys((39, 40, 41), "not decided"),
-        "distances from C known to the sum of the estimates of both contacts",
-        "to what they change by on elements twice as large and with changed C; sliding to the sum",
-        "elements err alike in both contacts: the sum left open what the difference decides",
+        "estimated errors of differences from C: the sum of the estimated errors of both contacts",
+        "their change on elements twice as large and with changed C; for sliding the sum",
+        "both contacts have similar element errors: the sum left cases open that the difference decides",
     ),
 )
 CHANGES = sorted(

@@ -353,7 +353,7 @@ def _panels(runs: Runs) -> Iterator[Panel]:
 STATEMENTS = (
     Statement(
         44,
-        "Rolling and shifts are those of closed forms.",
+        "Rolling and shifts agree with closed-form solutions.",
         (
             *(_carter_force, _carter_stick, _kalker, _full_slip),
             *(_cattaneo_force, _cattaneo_tractions, _circles, _spin_of_cones),

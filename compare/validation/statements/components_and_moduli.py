@@ -263,7 +263,8 @@ def _moduli_panels(runs: Runs) -> Iterator[Panel]:
 STATEMENTS = (
     Statement(
         38,
-        "ns and nx matter little in contact with friction: exchanging one of them alone changes little.",
+        "ns and nx have little effect on contact with friction: exchanging one of them changes the "
+        "results little.",
         (
             below(
                 SATISFACTORY,
@@ -287,7 +288,7 @@ STATEMENTS = (
     ),
     Statement(
         39,
-        "In contact, too, the mix beats each single variant.",
+        "The mix is also more accurate than each single approximation in contact.",
         [
             below(1.0, name, f"{meaning}: mix over the best of A, B, B̂, B̂′")(mix_over_best(name))
             for name, (_, _, meaning) in MEASURES.items()
@@ -300,7 +301,7 @@ STATEMENTS = (
     ),
     Statement(
         40,
-        "Without a fit A_xn beats B_xn and B̂_xn in contact, too.",
+        "Without a fit, A_xn is also more accurate than B_xn and B̂_xn in contact.",
         [
             below(1.0, name, f"{meaning}: B̂ with sn of B and xn of A over the same with xn of B or B̂")(
                 compared(
@@ -318,7 +319,8 @@ STATEMENTS = (
     ),
     Statement(
         41,
-        "A softer convex body makes approximations worse, a softer concave one better.",
+        "Approximations are less accurate if the convex body is softer, and more accurate if the concave "
+        "body is softer.",
         [
             decide(1.0, f"{side} {kind}", f"{meaning}: {side} body ten times softer over equal bodies")(
                 over_equal(distance, modulus_ratio)

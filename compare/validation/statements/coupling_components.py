@@ -120,8 +120,8 @@ def _prismatic_panels(results: Results) -> Iterator[Panel]:
 XN_STATEMENTS = (
     Statement(
         6,
-        "B_xn is poor; off the centre line B and B̂ put the larger displacement in the concave body, C in the "
-        "convex one.",
+        "B_xn is inaccurate. Away from the centre line, B and B̂ give the larger displacement in the "
+        "concave body, C in the convex body.",
         (
             above(POOR, "poor", "error of B_xn, both bodies together")(
                 per_geometry(lambda r: prismatic_error(Curve(r, *XN), "B"))
@@ -140,7 +140,7 @@ XN_STATEMENTS = (
     ),
     Statement(
         7,
-        "B̂′_xn is close to C_xn along x, somewhat too large near the load, more so on Geometry 1.",
+        "B̂′_xn is close to C_xn along x. It is somewhat too large near the load, more so on Geometry 1.",
         (
             below(FOLLOWS, "close", "error of B̂′_xn on the lines along x")(
                 per_geometry(lambda r: Curve(r, *XN, "x").error("Bhat_prime"), fitted=True)
@@ -242,7 +242,7 @@ def _curvature_panels(runs: Runs) -> list[Panel]:
 CURVATURE_STATEMENTS = (
     Statement(
         8,
-        "C_xn is larger on Geometry 2; longitudinal curvature explains a small part of it.",
+        "C_xn is larger on Geometry 2; longitudinal curvature explains a small part of the difference.",
         (_larger, _by_curvature),
         _geometry_panels,
     ),
@@ -355,9 +355,10 @@ def _factor_panels(results: Results) -> Iterator[Panel]:
 SN_STATEMENTS = (
     Statement(
         9,
-        "C_sn along s: convex body well below A, concave above; B_sn better than B̂_sn, B̂′_sn worst, and "
-        "within the arc C_sn is captured; much of C_sn - B̂_sn is a vertical translation; the largest misfit "
-        "lies beyond the arc/flank joint of Geometry 1.",
+        "Along s, C_sn lies well below A for the convex body and above A for the concave body. B_sn is "
+        "better than B̂_sn, B̂′_sn is the least accurate, and C_sn is captured within the arc. Much of "
+        "C_sn - B̂_sn is a vertical translation. On Geometry 1 the largest difference lies beyond the "
+        "joint of arc and flank.",
         (
             below(-POOR, "convex", "mean of (C - A) sgn A / max |A| at x = 1.6 mm, s > 0, convex body")(
                 per_geometry(lambda r: mean_deviation_from_a(r, CONVEX))
@@ -385,7 +386,7 @@ SN_STATEMENTS = (
     ),
     Statement(
         10,
-        "The factor (π - |α|) / π on A_sn brings no consistent gain.",
+        "The factor (π - |α|) / π on A_sn gives no consistent improvement.",
         (_gain,),
         side_by_side(_factor_panels),
         errors_with_factor,

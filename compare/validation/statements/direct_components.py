@@ -57,8 +57,8 @@ def _nn_body_panels(runs: Runs) -> list[Panel]:
 NN = (
     Statement(
         1,
-        "Laterally A_nn departs from C_nn with distance, more on Geometry 2, and B_nn follows; "
-        "longitudinally all three agree (both bodies together).",
+        "Along s, A_nn deviates from C_nn with increasing distance, more on Geometry 2, while B_nn "
+        "follows C_nn. Along x all three agree (combined bodies).",
         (
             above(FOLLOWS, "A departs", "|A_nn / C_nn - 1| at s = 10 mm")(per_geometry(nn_error("A"))),
             above(0.0, "with distance", "the same: at s = 10 mm minus at 5 mm")(
@@ -82,7 +82,7 @@ NN = (
     ),
     Statement(
         16,
-        "C_nn departs most from A_nn along s; in the concave body, along x.",
+        "C_nn deviates most from A_nn along s; in the concave body, along x.",
         (
             above(1.0, "along s", "largest |C_nn - A_nn|: line along s over lines along x")(
                 per_geometry(across_over_along("nn"), ("combined", CONVEX))
@@ -142,7 +142,7 @@ def xs_deviation(results: Results, body: str) -> float:
 TANGENTIAL = (
     Statement(
         2,
-        "The combined C_xx is about A_xx, alike in both geometries.",
+        "The combined C_xx is close to A_xx in both geometries.",
         (
             below(FOLLOWS, "A", "largest |A_xx - C_xx| on a line, of max |C_xx| there")(
                 per_geometry(worst_xx_error)
@@ -153,8 +153,8 @@ TANGENTIAL = (
     ),
     Statement(
         3,
-        "C_ss falls faster than B_ss along x for both bodies together and for the convex one, most on "
-        "Geometry 2 and on its convex body; the concave body deviates the other way.",
+        "Along x, C_ss decreases faster than B_ss for the combined bodies and for the convex body, most "
+        "on Geometry 2 and its convex body. The concave body deviates in the opposite direction.",
         (
             above(0.0, "faster", "1 - C_ss / B_ss at x = reference length, s = 0")(
                 per_geometry(deficit, ("combined", CONVEX))
@@ -172,8 +172,9 @@ TANGENTIAL = (
     ),
     Statement(
         4,
-        "In absolute numbers the convex body deviates more from A_xs than the concave one, and both most "
-        "along s; of each body alone B_xs is better than B̂_xs; neither is fully satisfactory.",
+        "In absolute numbers the convex body deviates more from A_xs than the concave body, and both "
+        "deviate most along s. For each single body B_xs is better than B̂_xs; neither is fully "
+        "satisfactory.",
         (
             above(1.0, "convex", "largest |C_xs - A_xs|: convex body over concave body")(
                 per_geometry(lambda r: xs_deviation(r, CONVEX) / xs_deviation(r, CONCAVE))
@@ -292,8 +293,8 @@ SINGLE_BODIES = (
     ),
     Statement(
         17,
-        "Of the bodies alone C_xx deviates little from A_xx, and C_ss from A_ss to opposite sides; B_ss is "
-        "good along s.",
+        "For single bodies, C_xx deviates little from A_xx, and C_ss deviates from A_ss in opposite "
+        "directions. B_ss is accurate along s.",
         (
             below(FOLLOWS, "xx", "largest |A_xx - C_xx| on a line, of max |C_xx| there: body alone")(
                 per_geometry(worst_xx_error, ALONE)
@@ -332,7 +333,7 @@ SINGLE_BODIES = (
     ),
     Statement(
         19,
-        "Most of the discounted rotation is due to the convex body.",
+        "Most of the rotation that the discount removes comes from the convex body.",
         (_mostly_convex,),
         side_by_side(_rotation_panels),
         labelled(

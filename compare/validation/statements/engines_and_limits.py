@@ -261,21 +261,21 @@ def _limit_panels(runs: Runs) -> Iterator[Panel]:
 STATEMENTS = (
     Statement(
         11,
-        "ν = 0.28 or 0.30 makes no difference that matters to the comparison.",
+        "Changing ν from 0.28 to 0.30 does not change the comparison noticeably.",
         (_change, _order),
         _nu_panels,
         columns=3,
     ),
     Statement(
         12,
-        "The mix beats each single variant.",
+        "The mix is more accurate than each single approximation.",
         (
-            below(1.0, "worst", "worst error of a component: mix over the best single variant")(
+            below(1.0, "worst", "largest error of a component: mix divided by the best single approximation")(
                 per_body(mix_over_best(np.max), fitted=True)
             ),
-            below(1.0, "mean", "mean error over the components: likewise")(
-                per_body(mix_over_best(np.mean), fitted=True)
-            ),
+            below(
+                1.0, "mean", "mean error over the components: mix divided by the best single approximation"
+            )(per_body(mix_over_best(np.mean), fitted=True)),
         ),
         _mix_panels,
         mean_errors,
@@ -283,7 +283,7 @@ STATEMENTS = (
     ),
     Statement(
         14,
-        "Both engines agree within their estimates on every component, body and geometry.",
+        "Both engines agree within their estimated errors for every component, body and geometry.",
         [
             below(1.0, "apart", "largest |difference| / (sum of both estimates) of a component")(
                 engine_agreement
@@ -295,8 +295,8 @@ STATEMENTS = (
     ),
     Statement(
         15,
-        "Limits are met: the plane by every variant and by C, a nearly plane contour by C, point loads by A, "
-        "the cylinder by B.",
+        "Limiting cases are reproduced: the plane by every approximation and by C, a nearly plane contour "
+        "by C, point loads by A, the cylinder by B.",
         (
             below(SAME_NUMBER, "variants", "plane: largest error of a variant against A")(variant_deviations),
             *(_plane, _nearly_plane, _point_loads, _cylinder),

@@ -262,7 +262,7 @@ def _rigid_panels(runs: Runs) -> Iterator[Panel]:
 STATEMENTS = (
     Statement(
         22,
-        "Contact with C agrees with contact of two meshed bodies without ICs.",
+        "Contact with C agrees with finite-element contact of two meshed bodies.",
         (
             below(
                 AGREES,
@@ -272,7 +272,7 @@ STATEMENTS = (
             below(
                 AGREES,
                 "approach",
-                "wide: approach with C, likewise; without M_zz of both bodies, and nothing fitted",
+                "wide: the same for the approach with C, without M_zz of both bodies; nothing is fitted",
             )(beyond_estimate(CENTRED, APPROACH)),
         ),
         pressure_panels(CENTRED),
@@ -280,7 +280,7 @@ STATEMENTS = (
     ),
     Statement(
         23,
-        "Beside the crown, too, contact with C agrees with contact of two meshed bodies without ICs.",
+        "Contact with C also agrees with finite-element contact of two meshed bodies away from the crown.",
         (
             below(
                 AGREES,
@@ -288,16 +288,16 @@ STATEMENTS = (
                 f"{BESIDE.scene}, upper body moved by {BESIDE.shift:g} mm: p_max with C: deviation from "
                 "finite elements minus their estimate",
             )(beyond_estimate(BESIDE, "p_max")),
-            below(AGREES_FORCE, "force", "lateral force with C, likewise, over the load")(
+            below(AGREES_FORCE, "force", "the same for the lateral force with C, divided by the load")(
                 beyond_estimate(BESIDE, "F_y", over="load")
             ),
-            below(AGREES_CENTRE, "centre", "centre of pressure with C, likewise [mm]")(
+            below(AGREES_CENTRE, "centre", "the same for the centre of pressure with C [mm]")(
                 beyond_estimate(BESIDE, "s_centre", over="unit")
             ),
             below(
                 AGREES,
                 "approach",
-                "approach with C, likewise, as a share; without M_zz of both bodies, and nothing fitted",
+                "the same for the approach with C, relative, without M_zz of both bodies; nothing is fitted",
             )(beyond_estimate(BESIDE, APPROACH)),
         ),
         pressure_panels(BESIDE),
@@ -305,7 +305,7 @@ STATEMENTS = (
     ),
     Statement(
         24,
-        "Contact with C does not depend on the size of elements beyond its estimates.",
+        "The size of elements changes contact with C by no more than its estimated errors.",
         [
             below(
                 SAME,
@@ -319,19 +319,19 @@ STATEMENTS = (
     ),
     Statement(
         33,
-        "Approaches by finite elements and with ICs differ by a rigid part (section 6.1).",
+        "The approaches by finite elements and with ICs differ by a rigid part (section 6.1).",
         (_proportional, _rigid),
         _rigid_panels,
         _rigid_details,
     ),
     Statement(
         43,
-        "Contact with C agrees with contact of two meshed bodies at all angles, on both pairs.",
+        "Contact with C agrees with finite-element contact at all angles on both pairs.",
         (
             below(
                 AGREES, "patch", "a, b, Δδ, p_max with C: deviation from finite elements minus their estimate"
             )(beyond_estimate_everywhere(*OF_PATCH)),
-            below(AGREES, "approach", "approach with C, likewise; without M_zz of both bodies")(
+            below(AGREES, "approach", "the same for the approach with C, without M_zz of both bodies")(
                 beyond_estimate_everywhere(APPROACH)
             ),
         ),

@@ -220,7 +220,7 @@ def _approach_details(runs: Runs) -> Values:
     for case, series, load in at_angles(runs, (40.0, 80.0, 100.0)):
         by_a, by_c = (series.numbers(load, ics)["approach"] for ics in ("A", C))
         whole = by_c + series.rigid_compliance * load
-        details[f"{case}: approach by A over C's - 1"] = by_a / by_c - 1
+        details[f"{case}: approach by A / approach by C - 1"] = by_a / by_c - 1
         details[f"{case}: the same with the rigid part"] = by_a / whole - 1
         details[f"{case}: rigid part over C's approach"] = whole / by_c - 1
     return details
@@ -254,14 +254,15 @@ ERRORS = (
     ),
     Statement(
         27,
-        "At equal Δδ errors of A are larger on the tall pair than on the wide one (section 6.1).",
+        "At equal Δδ, the errors of A are larger on the tall pair than on the wide pair (section 6.1).",
         [_tall_minus_wide],
         _pairs_panels,
         lambda runs: {**load_details(ANGLES)(runs), **_approach_details(runs)},
     ),
     Statement(
         28,
-        "B and B̂ are good in both pairs up to Δδ of about 100° (section 6.1; good: within 10 %, as in 17).",
+        "B and B̂ are accurate on both pairs up to Δδ of about 100° (section 6.1; accurate: within 10 %, "
+        "as in 17).",
         [
             below(GOOD, "B, B̂", "|error| of p_max, approach, a, b with B and B̂ at Δδ of 30, 40 ... 100°")(
                 error_sizes(("B", "Bhat"), ANGLES)
@@ -272,7 +273,7 @@ ERRORS = (
     ),
     Statement(
         29,
-        "B̂ is better than B, but for the approach on the tall pair (section 6.1).",
+        "B̂ is better than B, except for the approach on the tall pair (section 6.1).",
         (
             below(1.0, "better", "rms error of B̂ over that of B at Δδ of 30, 40 ... 100°")(
                 bhat_over_b([case for case in product(PAIRS, NAMES) if case != (TALL, "approach")])
@@ -377,7 +378,7 @@ def _shape_panels(runs: Runs) -> Iterator[Panel]:
         yield Panel(
             f"{pair}: pressures with C along {along}",
             f"{along} over the half-length of the patch",
-            "pressure over its mean",
+            "pressure divided by its mean",
             make_curves(at, curves | {"Hertz": OF_HERTZ * np.sqrt(1 - at**2)}),
         )
 
@@ -451,8 +452,9 @@ def _difference_panels(runs: Runs) -> Iterator[Panel]:
 SHAPES = (
     Statement(
         31,
-        "With the load, pressures along s grow more uniform on the wide pair and more peaked on the tall "
-        "one; those along x stay near Hertz's and become slightly more peaked (section 6.1).",
+        "With increasing load, the pressures along s become more uniform on the wide pair and more peaked "
+        "on the tall pair. Along x they stay close to Hertz and become slightly more peaked (section "
+        "6.1).",
         (
             below(0.0, "uniform", "along s, wide: change of largest over mean pressure from load to load")(
                 peakedness_growth("s", (WIDE,))
@@ -468,8 +470,8 @@ SHAPES = (
     ),
     Statement(
         32,
-        "Under equal errors of ICs more spread pressures give larger differences of u_n (eq. (18)) on each "
-        "pair, and the tall pair has larger ones than the wide one (section 6.1).",
+        "For equal IC errors, more widely spread pressures give larger differences of u_n (eq. (18)) on "
+        "each pair, and the differences are larger on the tall pair than on the wide pair (section 6.1).",
         (
             above(
                 1.0,

@@ -178,20 +178,20 @@ def validate(numbers: Sequence[int], runs: Runs, folder: Path) -> Path:
 # --- the page -------------------------------------------------------------------------------------------
 
 
-TITLE = "femic: statements on these influence coefficients, and their verdicts"
+TITLE = "femic: statements about the influence coefficients, and their verdicts"
 RULES = (
-    "Each statement is decided by numbers that femic computes and by thresholds that were fixed in its code "
-    "before the first run (changes are listed below). “Reproduced”: every criterion is met in every case; "
-    "“not reproduced”: no criterion is met in any case; otherwise it “depends”, and the failures are listed. "
-    "Cases whose numbers are closer to a threshold than what they are known to do not count. "
-    "Errors: max |v − C| over a line as a share of max |C_ij| over all lines, four elements from the load "
-    "and further; where a component vanishes, of 0.05 max |C_nn|."
+    "femic computes numbers for each statement and compares them with thresholds that were fixed before "
+    "the first run (changes are listed below). “Reproduced”: every criterion is met in every case. “Not "
+    "reproduced”: no criterion is met in any case. Otherwise the verdict is “depends”, and the failures "
+    "are listed. A case does not count if its number differs from the threshold by less than its "
+    "estimated error. Errors: max |v − C| over a line, relative to max |C_ij| over all lines at four or "
+    "more elements from the load; where a component vanishes, relative to 0.05 max |C_nn|."
 )
 READING = (
-    "Convex: the lower body; concave: the upper. Components: displacement, then traction, such as sn: the "
-    "displacement along s under a normal load. Curves are dimensionless: L is the reference length of the "
-    "scene, E its reference modulus; the band about C is its estimated error, often thinner than "
-    "the line."
+    "Convex: the lower body. Concave: the upper body. A component names the displacement, then the "
+    "traction: sn is the displacement along s under a normal load. The curves are dimensionless, with the "
+    "reference length L and the reference modulus E of the scene. The band about C is its estimated "
+    "error, often thinner than the line."
 )
 COLOURS = {  # backgrounds, translucent for light and for dark pages
     REPRODUCED: "rgba(40, 170, 70, 0.25)",
@@ -226,7 +226,7 @@ def summary(entries: Sequence[Entry]) -> str:
         listed = (f"{counts[verdict]} {how}" for verdict, how in IN_CASES.items() if counts[verdict])
         sentences.append(f"Statements {subject} ({len(chosen)}): {', '.join(listed)}.")
     count, met, close = (sum(_count(entry, key) for entry in entries) for key in ("values", "met", "close"))
-    undecided = f"; too close to a threshold to tell: {close}" if close else ""
+    undecided = f"; not decided because they are too close to a threshold: {close}" if close else ""
     return " ".join([*sentences, f"Numbers that meet their criteria: {met} of {count}{undecided}."])
 
 
@@ -286,13 +286,17 @@ def _sections(panels: Mapping[int, Sequence[Panel]], content: dict[str, Any]) ->
         for change in content["changes"]
     ]
     changes = Table("#", ["before", "verdict then", "now", "why"], rows, is_text=True)
-    yield Folded("How the verdicts come about", [RULES, Section("Changes of the criteria", [changes])])
+    yield Folded("How the verdicts are reached", [RULES, Section("Changes of the criteria", [changes])])
     for entry in entries:
         number, verdict = entry["number"], entry["verdict"]
         blocks = list(_statement_blocks(entry, panels[number]))
         yield Section(f"{number}. {verdict}", blocks, COLOURS[verdict], f"s{number}")
-    heads = [Column("estimate of C", "%"), Column("of max |C_nn|", "%"), Column("its models", "s")]
-    heads.append(Column("unknowns of the largest"))
+    heads = [
+        Column("estimated error of C", "%"),
+        Column("relative to max |C_nn|", "%"),
+        Column("time of its models", "s"),
+    ]
+    heads.append(Column("unknowns of the largest model"))
     formats = {"estimate": ".2g", "weight": ".2g", "seconds": ".0f", "unknowns": ",d"}
     percent = {"estimate": 100, "weight": 100}
     rows = [
@@ -300,8 +304,8 @@ def _sections(panels: Mapping[int, Sequence[Panel]], content: dict[str, Any]) ->
         for name, run in content["runs"].items()
     ]
     settings = (
-        f"Tolerance of C: {content['tolerance']}; total time: {content['seconds']} s, without models that "
-        f"were in the store. {versions_text(content)}"
+        f"Tolerance of C: {content['tolerance']}; total time: {content['seconds']} s, excluding stored "
+        f"models. {versions_text(content)}"
     )
     yield Folded("The runs and their C", [Table("run", heads, rows), Note(settings)])
 
@@ -347,7 +351,7 @@ def _criteria_table(criteria: Sequence[Entry]) -> Table:
             "; ".join([*unmet[:MOST_UNMET], *further]),
         ]
         rows.append(Row(criterion["says"], cells))
-    columns = [*number_heads("must be", "met", "numbers"), *texts("not met, worst first")]
+    columns = [*number_heads("must be", "met", "numbers"), *texts("not met, largest deviation first")]
     if all(all(criterion["met"].values()) for criterion in criteria):
         columns, rows = columns[:-1], [Row(row.name, row.cells[:-1]) for row in rows]
     return Table("criterion", columns, rows)
@@ -358,7 +362,7 @@ def _number(value: float | None) -> float:
 
 
 def _close(criterion: Entry, case: str) -> str:
-    return " (too close to tell)" if criterion["close"][case] else ""
+    return " (too close to decide)" if criterion["close"][case] else ""
 
 
 def _numbers_table(entry: Entry) -> Table:
@@ -380,5 +384,5 @@ def _numbers_table(entry: Entry) -> Table:
     for position, (case, value) in enumerate(entry["details"].items()):
         number = Cell(_number(value), ".3g")
         rows.append(Row("" if position else "further numbers", [case, number, "", "", ""]))
-    columns = [*texts("case"), *number_heads("value", "known to ±", "must be", "met")]
+    columns = [*texts("case"), *number_heads("value", "estimated error ±", "must be", "met")]
     return Table("criterion", columns, rows)

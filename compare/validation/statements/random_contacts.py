@@ -477,9 +477,9 @@ def _panels(runs: Runs) -> Iterator[Panel]:
 STATEMENTS = (
     Statement(
         25,
-        "In contacts with A and the B family, the error of a number, and of its difference between two ICs, "
-        "is within its estimate nineteen times out of twenty or more, and half of the estimates are at most "
-        "ten times the error.",
+        "In contacts with A and the B family, the error of a number, and of its difference between two "
+        "ICs, is within the estimated error in at least 95 % of the cases, and half of the estimated "
+        "errors are at most ten times the error.",
         (
             *(
                 above(

@@ -196,7 +196,7 @@ def _compression_panels(runs: Runs) -> Iterator[Panel]:
         at = contacts.sel(friction=friction)
         band = at.estimate_sliding_share.sel(ics="C").values
         curves = make_curves(kilonewtons, by_symbol(at.sliding_share, DRAWN), band)
-        yield Panel(f"friction {friction:g}", "load [kN]", "sliding share of the patch [-]", curves)
+        yield Panel(f"friction {friction:g}", "load [kN]", "sliding part of the patch [-]", curves)
 
 
 STATEMENTS = (
@@ -226,8 +226,8 @@ STATEMENTS = (
     ),
     Statement(
         35,
-        "At equal F_x over friction load, p_x along the centre line is off with B and B̂ at friction 0.20, "
-        "and B̂′ restores it.",
+        "At equal F_x / (friction load), p_x along the centre line is wrong with B and B̂ at friction "
+        "0.20, and B̂′ restores it.",
         (
             above(
                 FOLLOWS, "off", "distance of p_x from C's at s = 0, over p_x with C, rms; F_x at half of it"
@@ -244,12 +244,12 @@ STATEMENTS = (
     ),
     Statement(
         36,
-        "Differences in rolling shrink with friction 0.40 and 0.60.",
+        "Differences in rolling become smaller with friction 0.40 and 0.60.",
         (
             below(
                 1.0, "curve", "rms distance of the creep-force curve over friction load: over the one before"
             )(between_frictions(rolling, curve_distance, SHIFTED, GROWING)),
-            below(1.0, "p_x", "distance of p_x at s = 0 at equal F_x over friction load: likewise")(
+            below(1.0, "p_x", "the same for the difference of p_x at s = 0 at equal F_x / (friction load)")(
                 between_frictions(rolling, line_distance, SHIFTED, GROWING)
             ),
         ),
@@ -262,8 +262,8 @@ STATEMENTS = (
     ),
     Statement(
         37,
-        "In static compression B is closest to C and B̂′ worst at friction 0.40 and 0.60; at 0.20 differences "
-        "are smaller.",
+        "In static compression at friction 0.40 and 0.60, B is closest to C and B̂′ least accurate; at "
+        "0.20 the differences are smaller.",
         (
             below(1.0, "B", "distance of tangential tractions from C's: B over the least of A, B̂, B̂′")(
                 traction_over("B", "least", ("A", "Bhat", "Bhat_prime"))
@@ -274,7 +274,7 @@ STATEMENTS = (
             below(1.0, "smaller", "distance over friction times pressure: at 0.20 over that at more")(
                 between_frictions(compression, traction_distance, ROTATED, FROM_LOW)
             ),
-            below(1.0, "sliding", "difference of the sliding share from C's: likewise")(
+            below(1.0, "sliding", "the same for the difference of the sliding part from C")(
                 between_frictions(compression, sliding_distance, ROTATED, FROM_LOW)
             ),
         ),

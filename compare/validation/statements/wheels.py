@@ -434,7 +434,7 @@ STATEMENTS = (
     Statement(
         48,
         "All patches of a wheel carry its load under one approach: two areas give what one grid over both "
-        "patches gives, forces are those of two contacts of Hertz, and leaving out the second patch changes "
+        "patches gives, forces are those of two contacts of Hertz, and omitting the second patch changes "
         "F_y by more than its estimated error.",
         (_one_grid_or_two, _over_two_of_hertz, _over_load, _without_second_patch),
         _patch_panels,

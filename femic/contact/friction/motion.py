@@ -130,11 +130,13 @@ def growing(pairs: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float]
     for (angle, _), (after, _) in pairwise(pairs):
         if not angle < after:
             raise ValueError(
-                f"angle {after:g} comes after {angle:g}: angles must grow; for a step give two that hardly "
-                "differ"
+                f"angle {after:g} comes after {angle:g}: angles must increase; for a step, give two angles "
+                "that are almost equal"
             )
     if pairs and not any(factor for _, factor in pairs):
-        raise ValueError("all factors are 0: give a positive one, or motion = 'none' without friction")
+        raise ValueError(
+            "all factors are 0; give a positive one, or motion = 'none' for contact without friction"
+        )
     return pairs
 
 
@@ -142,9 +144,10 @@ ByAngle = Annotated[Several[Annotated[tuple[Angle, Factor], Strict(False)]], Aft
 FactorsByAngle = Annotated[
     ByAngle,
     Field(
-        description="pairs [contact angle in degrees, factor from 0 to 10] of friction that depends on the "
-        "angle: each coefficient times the factor at the inclination of the lower surface, whichever side; "
-        "angles grow, linear between, constant beyond; default: factor 1"
+        description="friction that depends on the contact angle: pairs [angle in degrees, factor from 0 "
+        "to 10] with increasing angles. Each coefficient is multiplied by the factor at the absolute "
+        "inclination of the lower surface, linear between the angles and constant beyond them; default: "
+        "factor 1"
     ),
 ]
 
@@ -163,8 +166,8 @@ def in_words(pairs: Pairs) -> str:
         return ""
     values = ", ".join(f"{factor:g} at {angle:g}°" for angle, factor in pairs)
     return (
-        f"The coefficient is multiplied by a factor that depends on the contact angle: {values}, linear "
-        "between, constant beyond."
+        f"The friction coefficient is multiplied by a factor that depends on the contact angle: {values}, "
+        "linear between, constant beyond."
     )
 
 

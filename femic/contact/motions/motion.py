@@ -37,15 +37,16 @@ class Want:
     scale: Scale
 
 
-ITSELF = Scale("share of the number itself")
+ITSELF = Scale("relative to the number itself")
 ITSELF_WHERE_KNOWN = Scale(
-    f"share of the number itself, where it exceeds {KNOWN:g} times the estimate of the reference", True
+    f"relative to the number itself, where it exceeds {KNOWN:g} times the estimated error of the reference",
+    True,
 )
-LIMIT = Scale("share of friction times load")
-LOAD = Scale("share of the load")
-HALF_WIDTH = Scale("share of b, the half-width of the patch")
-WHOLE = Scale("difference as it is: of shares of the patch")
-SATURATION = Scale("share of the creepage at which the slope at no force reaches friction times load")
+LIMIT = Scale("relative to friction times load")
+LOAD = Scale("relative to the load")
+HALF_WIDTH = Scale("relative to b, the half-width of the patch")
+WHOLE = Scale("absolute difference of fractions of the patch")
+SATURATION = Scale("relative to the creepage at which the initial slope reaches friction times load")
 
 COMMON = tuple(Want(name, name, ITSELF) for name in ("p_max", "a", "b", "angle", "area", "approach"))
 WITH_FRICTION = (

@@ -139,7 +139,7 @@ class Continuation:
         for xi in sorted(self.xi, key=abs):
             if contact := self.at_if_possible(xi, None):
                 return contact
-        raise Failure(f"{self.label}: no contact at any creepage; use smaller or larger elements")
+        raise Failure(f"{self.label}: no contact solved at any creepage; use smaller or larger elements")
 
     def at_if_possible(self, xi: float, before: solver.RollingContact | None) -> solver.RollingContact | None:
         """Return the contact at a creepage; None where it has no solution, which is reported."""
@@ -165,7 +165,7 @@ class Continuation:
             return float(by_creepage[xi].contact.force[0]) - force
 
         if beyond(self.xi[0]) * beyond(self.xi[-1]) > 0:
-            raise Failure(f"{self.label}: F_x = {force:g} N is beyond the curve; give further creepages")
+            raise Failure(f"{self.label}: F_x = {force:g} N lies beyond the curve; give larger creepages")
         return by_creepage[float(scipy.optimize.brentq(beyond, self.xi[0], self.xi[-1], xtol=ACCURACY))]
 
     def at(
@@ -430,7 +430,7 @@ def curve_distances(dataset: xr.Dataset) -> dict[str, xr.DataArray]:
     }
     distances = {}
     for name, (word, norm) in norms.items():
-        meaning = f"{word} distance to the reference's curve over friction times load"
+        meaning = f"{word} difference from the reference curve, relative to friction times load"
         estimate = datasets.estimate_of_difference(dataset, from_reference, norm)
         both = {"": norm(from_reference(dataset)), "estimate_": estimate.where(dataset.ics != reference, 0.0)}
         for prefix, distance in both.items():
@@ -485,7 +485,7 @@ def forces_beyond_creepages(problem: ContactProblem, sizing: grids.Sizing) -> It
 
 F_Y, F_Y_OVER_LIMIT, SLIDING = WITH_FRICTION
 MOTION = Motion(
-    description="steady rolling along x with friction, at one load",
+    description="steady rolling along x with friction, one load",
     title="Rolling with friction",
     keys=("friction", "friction_by_angle", "longitudinal", "lateral", "spin", "equal_force"),
     dimension="xi",

@@ -176,8 +176,8 @@ def require_positive(problem: ContactProblem, on_grid: PairOnGrid, ic: Array) ->
     remedy = "Give a smaller engine.tolerance, or larger elements"
     if problem.discount == "source":
         remedy = (
-            "This discount takes the bending of the sections from C, more than the bodies have at long "
-            "distances; use discount = 'approach'"
+            "This discount removes the bending of the sections from C, and at long distances it removes "
+            "too much; use discount = 'approach'"
         )
     elif not problem.specification.loads:
         remedy += "; or loads instead of approaches"

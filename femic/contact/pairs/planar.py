@@ -79,7 +79,8 @@ def planar(bodies: PairOnGrid, at: float | None = None, inclination: float | Non
     """
     if bodies.extra_gap is not None:
         raise WrongInput(
-            "extra_gap: it is along the normals of the lower surface: leave it out of planar contact"
+            "extra_gap: planar contact does not allow it, because it acts along the normals of the lower "
+            "surface; leave it out"
         )
     if not isinstance(bodies.undeformed, Undeformed):
         return bodies

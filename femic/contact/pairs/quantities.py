@@ -91,15 +91,15 @@ def work(on_grid: pairs.PairOnGrid, contact: frictional.FrictionalContact) -> fl
 
 
 MOMENT_X = "moment on the upper body about the x axis through the contact centre"
-MOMENT_Z = "moment on the upper body about the contact centre's vertical"
-SLOPE = "derivative of the longitudinal force by the creepage there"
-EQUAL = "creepage at the force at which tractions are compared"
+MOMENT_Z = "moment on the upper body about the vertical through the contact centre"
+SLOPE = "slope of the creep-force curve at zero force"
+EQUAL = "creepage at the force for which tractions are compared"
 WORK = "work of friction per unit of rolled distance"
 ALL: Mapping[str, Quantity] = {  # c: the contact
-    "angle": Quantity("Δδ", "deg", "range of the inclination over the patch", estimates.WIDTH, angle),
+    "angle": Quantity("Δδ", "deg", "change of inclination across the patch", estimates.WIDTH, angle),
     "a": Quantity("a", "mm", "half-length of the patch along x", estimates.LENGTH, half_length),
     "b": Quantity("b", "mm", "half-width of the patch along s, on the arc", estimates.WIDTH, half_width),
-    "aspect": Quantity("a/b", "1", "aspect of the patch", estimates.ASPECT, aspect),
+    "aspect": Quantity("a/b", "1", "aspect ratio of the patch", estimates.ASPECT, aspect),
     "p_max": Quantity(
         "p_max", "MPa", "largest pressure", estimates.PRESSURE, lambda _, c: float(np.max(c.pressures))
     ),
@@ -121,20 +121,20 @@ ALL: Mapping[str, Quantity] = {  # c: the contact
     "stiffness": Quantity(
         "dN/dζ",
         "N/mm",
-        "derivative of the load by the approach",
+        "contact stiffness: derivative of load with respect to approach",
         estimates.STIFFNESS,
         lambda _, c: c.stiffness,
     ),
     "sliding_share": Quantity(
         "sliding",
         "1",
-        "area of sliding over that of contact",
+        "sliding area divided by contact area",
         estimates.SLIDING,
         lambda _, c: c.sliding_share,
     ),
     "dissipation": Quantity("work", "N", WORK, estimates.WORK, work),
-    "xi": Quantity("ξ", "1", "creepage of these numbers", estimates.CREEPAGE),
-    "zero_creepage": Quantity("ξ_0", "1", "creepage without longitudinal force", estimates.CREEPAGE),
+    "xi": Quantity("ξ", "1", "creepage at which these numbers hold", estimates.CREEPAGE),
+    "zero_creepage": Quantity("ξ_0", "1", "creepage at zero longitudinal force", estimates.CREEPAGE),
     "slope": Quantity("dF_x/dξ", "N", SLOPE, estimates.SLOPE),
     "equal_creepage": Quantity("ξ_e", "1", EQUAL, estimates.CREEPAGE),
 }

@@ -158,9 +158,8 @@ def sample(
         middles = {k: ends for ends in open_intervals if (k := axis.between(*ends)) is not None}
         if len(responses_at) + len(middles) > MOST_WAVENUMBERS:
             raise NotConverged(
-                f"more than {MOST_WAVENUMBERS} wavenumbers would be needed for displacements within "
-                f"{np.min(accuracy):.1e} mm/N: "
-                "give a larger `tolerance`, or shorter lines"
+                f"more than {MOST_WAVENUMBERS} wavenumbers are needed for displacements within "
+                f"{np.min(accuracy):.1e} mm/N: give a larger `tolerance`, or shorter lines"
             )
         nodes = sorted(responses_at)
         known = np.stack([responses_at[k] for k in nodes])

@@ -193,7 +193,8 @@ def curved(
     covered = float(trace.basis.dx.sum())
     if not abs(covered - whole) < 1e-6 * whole:
         raise Failure(
-            f"the surface mesh covers {covered:g} of {whole:g} mm^2: a fault of the mesher; try other cells"
+            f"the surface mesh covers {covered:g} of {whole:g} mm^2. This is an error of the mesher; try "
+            "different cells"
         )
     return SolidMesh(body, mesh, trace, half_section)
 
