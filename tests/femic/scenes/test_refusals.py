@@ -192,5 +192,5 @@ def test_contact_asks_for_what_its_ics_need():
         for ics in ("Bhat", "C")
     )
     require_solvable(approximate)
-    with pytest.raises(BadScene, match=r"engine\.kind = 'solid': has no C on a grid"):
+    with pytest.raises(BadScene, match=r"engine\.kind = 'solid': this engine cannot compute C on a grid"):
         require_solvable(with_c)
