@@ -176,9 +176,7 @@ def test_obstacles_are_reported_before_any_work(tmp_path, file_or_folder, text):
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs /proc, where nobody can write")
 @pytest.mark.parametrize("where", ["/proc/nowhere", "/proc/self/task", "/dev/null/below"])
 def test_unwritable_folder_is_reported_before_any_work(where):
-    with pytest.raises(
-        WrongInput, match=rf"--out {where}: cannot write there \(.*\): name another"
-    ):
+    with pytest.raises(WrongInput, match=rf"--out {where}: cannot write there \(.*\): name another"):
         require_usable(Path(where))
 
 

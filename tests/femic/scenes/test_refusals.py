@@ -70,7 +70,7 @@ REFUSED = {  # by a built-in scene: changes, and what is said
         (lower(outline={"points": OUTLINE["points"]}), r"give clamped \(two numbers\)"),
         (lower(outline={"standard": "60E1"}), r"lower\.outline\.standard = '60E1': .*give contour\.kind"),
         (lower(outline={"standard": "61E1"}), r"lower\.outline\.standard.*'60E1'"),
-        (lower(**ARC, outline=CROSSING), r"lower\.outline\.points: the outline crosses itself or the contour"),
+        (lower(**ARC, outline=CROSSING), r"lower\.outline\.points: the outline crosses itself or .* at y = "),
         (
             lower(**ARC, outline=OUTLINE) | engine(kind="solid"),
             r"lower\.outline: use engine\.kind = 'harmonic' \(without check\), or leave it out",
@@ -105,12 +105,12 @@ REFUSED = {  # by a built-in scene: changes, and what is said
     "rolling": [
         ({"upper": PRISMATIC}, r"upper\.rolling_radius = inf: .* needs a wheel: give upper\.rolling_radius"),
         (contact(loads=[]), r"contact\.loads = \[\]: motion = 'rolling' needs a load"),
-        (contact(loads=[1.0, 2.0]), r"contact\.loads = \[1\.0, 2\.0\]: .* takes one load; use a separate scene"),
+        (contact(loads=[1.0, 2.0]), r"contact\.loads = \[1\.0, 2\.0\]: .* takes one load; use a .* scene"),
         (contact(friction=[]), r"contact\.friction = \[\]: .*at least 1 entries"),
         (contact(friction=[0.0]), r"contact\.friction\.0 = 0\.0: .*greater than 0"),
         (contact(friction=[0.3, 0.3]), r"contact\.friction = .*0\.3 given twice"),
         (contact(friction_by_angle=[[20, 1.0], [10, 0.5]]), "angle 10 comes after 20: angles must increase"),
-        (contact(friction_by_angle=[[20, 1.0], [20, 0.5]]), "for a step, give two angles that are almost equal"),
+        (contact(friction_by_angle=[[20, 1.0], [20, 0.5]]), "for a step, give two angles .* almost equal"),
         (contact(friction_by_angle=[[0, 1.0], [91, 0.5]]), r"_by_angle\.1\.0 = 91: .* be at most 90"),
         (contact(friction_by_angle=[[0, 11.0]]), r"_by_angle\.0\.1 = 11\.0: Input should be at most 10"),
         (contact(friction_by_angle=[[0, 0.0]]), r"friction_by_angle = .*all factors are 0"),
@@ -122,7 +122,7 @@ REFUSED = {  # by a built-in scene: changes, and what is said
         (contact(gap="exact"), r"gap is only of motion = 'none', not 'rolling': leave it out"),
         (contact(motion="compression", lateral=0.1), rf"lateral {ONLY}, not 'compression': leave it out"),
         (contact(motion="none"), rf"friction {ONLY} or 'compression', not 'none'"),
-        (contact(motion="compression", loads=[2.0, 1.0]), "loads must increase; sort the values and give each once"),
+        (contact(motion="compression", loads=[2.0, 1.0]), "loads must increase; sort .* each once"),
         (contact(ics=["Bhat+sn:C"]), rf"contact\.ics\.0 = 'Bhat\+sn:C': .*{NAMES}"),
         (contact(motion="sliding"), r"contact\.motion = 'sliding': .*'none', 'rolling'"),
         (stresses(friction=0.3), r"stresses.friction = 0.3: this value is not in .* add it there"),
@@ -172,7 +172,7 @@ def test_a_misspelt_scene_is_refused_with_the_nearest_or_with_all(name, message)
 def test_a_file_that_is_no_text_is_refused(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(BadScene, match=r"mine\.toml: not valid TOML: .* Compare with `femic scenes --show flat`"):
+    with pytest.raises(BadScene, match=r"mine\.toml: not valid TOML: .* with `femic scenes --show flat`"):
         read_scene(path)
 
 
