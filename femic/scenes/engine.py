@@ -166,7 +166,7 @@ def _use(capable: Iterable[Engine]) -> str:
     """Return the remedy: use one of the engines that are capable of it."""
     names = [repr(engine.name) for engine in capable]
     if not names:
-        return "C and stresses are not available (A, B and Bhat need no engine)"
+        return "use A, B or Bhat without stresses (no engine computes C or stresses)"
     return f"use engine.kind = {' or '.join(names)} (without check)"
 
 

@@ -165,7 +165,9 @@ def test_two_pieces_of_work_do_not_share_processes(two):
 
 
 def test_a_dead_process_is_reported_with_its_cause_and_what_to_try(two):
-    with pytest.raises(Failure, match=r"one of 2 .* ended .*memory: use fewer \(`workers` = 1\).*is kept"):
+    with pytest.raises(
+        Failure, match=r"one of 2 .* ended .*memory .*Use fewer workers \(`workers` = 1\).*are kept"
+    ):
         list(two(_killed, range(4)))
 
 

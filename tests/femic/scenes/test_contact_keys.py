@@ -52,7 +52,8 @@ def test_keys_of_contact_reach_its_specification_and_the_listing():
     assert contact == ContactSpecification(**changes, ics=("A", "Bhat+sn:B"))
     assert contact.exact
     assert not contact.automatic
-    assert "# lateral_force = ...  # without friction: lateral force F_y" in listing("flat")
+    key = "# lateral_force = ...  # lateral force F_y on the upper body [N], without friction only"
+    assert key in listing("flat")
 
 
 def test_keys_of_friction_are_in_the_table_of_contact():
@@ -129,8 +130,8 @@ def test_listing_has_given_tables_and_the_others_as_comments(tmp_path):
     path.write_text(scene.text, encoding="utf-8")
     text = listing(str(path))
     for start in (
-        "[damage.energy]  # wear by the work of friction",
-        "# [damage.archard]  # wear by Archard",
+        "[damage.energy]  # wear law by work of friction",
+        "# [damage.archard]  # Archard's wear law",
         "# slow = 0.0005  # Archard's k",
     ):
         assert f"\n{start}" in text

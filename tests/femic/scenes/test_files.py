@@ -30,7 +30,7 @@ def test_names_that_no_folder_can_have_are_refused(name, tmp_path):
         (CAMPAIGN, lambda: load_campaign(path)),
     ):
         path.write_text(text, encoding="utf-8")
-        with pytest.raises(BadScene, match=r"names the folder of results, .*: rename it"):
+        with pytest.raises(BadScene, match=r"is used for the folder of results, .*: rename it"):
             load()
 
 

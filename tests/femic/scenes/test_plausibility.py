@@ -92,13 +92,13 @@ LIMITS = {  # by the warning beyond them
     r"patch of aspect 5: on the line s = 1\.9 mm": Limit(
         lambda at: patch(1.0, 0.2, 2.0) | SOLID | line(*at, 3.0), ("s", 2.0), ("x", 1.9)
     ),
-    r"upper\.E / lower\.E = 1e\+03: the combined ICs are the ICs of the lower body": Limit(
+    r"upper\.E / lower\.E = 1e\+03: the combined ICs are practically those of the lower body": Limit(
         lambda E: {"lower": {"E": 1e3}, "upper": {"E": E}}, 999e3, 1000.5e3
     ),
-    r"(lower|upper)\.E = 2\.1e\+06: no material is so stiff .* 210e3 for steel, not 210e9": Limit(
+    r"(lower|upper)\.E = 2\.1e\+06: no material is this stiff .* 210e3 for steel, not 210e9": Limit(
         lambda E: both({"E": E}), 2e6, 2.1e6
     ),
-    r"upper\.E / lower\.E = 0\.00099: the combined ICs are the ICs of the upper body": Limit(
+    r"upper\.E / lower\.E = 0\.00099: the combined ICs are practically those of the upper body": Limit(
         lambda ratio: {"upper": {"E": 210e3 / ratio}}, 999, 1010
     ),
     r"the contours differ by 10\.1 degrees at s = -5 mm": Limit(
