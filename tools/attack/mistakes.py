@@ -54,8 +54,8 @@ COMPUTE = {  # what computes, by the module that calls it
 
 LARGEST = 1e300  # of numbers that a float can have
 WORDS_FOR = {"name_or_path": "scene"}  # in messages
-TOGETHER = ("give either", "must grow")  # of what keys mean together
-OF_ARRAYS = ("of shape", "of shapes", "rows of unequal length", "one point")
+TOGETHER = ("give either", "must grow", "must increase")  # of what keys mean together
+OF_ARRAYS = ("of shape", "of shapes", "rows have unequal lengths", "one point")
 OF_LABELLED = ("dataset", "dimension", "labels along", "without", "no variable", "no coordinate")
 
 

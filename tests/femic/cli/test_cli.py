@@ -154,7 +154,7 @@ def test_names_of_no_folder_are_refused_and_nothing_is_written(name, place, caps
 def test_names_that_are_no_utf_8_are_refused_before_any_work(words, place, capsys):
     assert exit_code(words) == WRONG_INPUT
     said = capsys.readouterr().err
-    assert "is no name in UTF-8: rename the file or folder" in said
+    assert "the name is not valid UTF-8; rename the file or folder" in said
     assert "\\udcf" in said
     assert files(place) == []
 
