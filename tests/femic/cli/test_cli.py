@@ -89,7 +89,7 @@ def test_wrong_input_exits_with_2_and_writes_nothing(write_scene, tmp_path, caps
         assert "mine.toml" in capsys.readouterr().err
     assert exit_code(["run", "nowhere.toml", "--out", str(out)]) == WRONG_INPUT
     assert exit_code(["run", "flat", "--sped", "3", "--out", str(out)]) == WRONG_INPUT
-    assert "no such file" in capsys.readouterr().err
+    assert "neither a file nor a built-in scene" in capsys.readouterr().err
     assert not out.exists()
 
 
