@@ -283,7 +283,10 @@ def test_plan_with_the_solid_engine_refuses_matrix_and_contact(plan, monkeypatch
     monkeypatch.setattr("femic.results.ics.run_plans", lambda *_: [step])
     *_, output = plan("tall", small | {"engine": {"kind": "solid"}})
     for name in ("matrix", "contact"):
-        assert f"femic {name}: tall: 1 error(s) engine.kind = 'solid': this engine cannot compute C on a grid" in output
+        assert (
+            f"femic {name}: tall: 1 error(s) engine.kind = 'solid': this engine cannot compute C on a grid"
+            in output
+        )
 
 
 @pytest.mark.parametrize("motion", ["rolling", "compression"])

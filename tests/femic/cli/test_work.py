@@ -36,8 +36,8 @@ def test_results_go_to_a_folder_of_the_scene_by_one_worker_per_core_unless_other
     [
         ("foo://x", "Protocol not known: foo: give a folder, or"),
         ("memory://x", r"cannot write there \(RuntimeError: no credentials\)\. Give a folder"),
-        *((place, "cannot write there \(.*\)\. Give a folder") for place in ("FILE", "FILE/below")),
-        ("http://127.0.0.1:9/x", "cannot write there \(.*\)\. Give a folder"),
+        *((place, r"cannot write there \(.*\)\. Give a folder") for place in ("FILE", "FILE/below")),
+        ("http://127.0.0.1:9/x", r"cannot write there \(.*\)\. Give a folder"),
     ],
 )
 def test_a_store_where_nothing_can_be_stored_is_refused_before_the_work(
