@@ -205,7 +205,8 @@ def _clean(source: Source, rows: Rows) -> tuple[Rows, list[str]]:
         crossing = first_crossing(rows.points)
     except SelfIntersection:
         raise source.refused(
-            "the line through the points overlaps itself in many places; the points must follow the surface once"
+            "the line through the points overlaps itself in many places; the points must follow "
+            "the surface once"
         ) from None
     if crossing is not None:
         k, m = crossing
