@@ -170,7 +170,7 @@ def test_page_is_written_without_computing_and_not_of_what_is_missing_or_damaged
     assert code == FAILED
     assert "damaged (" in printed
     assert "run the campaign again" in printed
-    assert ("it is written anew" in femic(FEW)[1]) == large
+    assert ("it is written again" in femic(FEW)[1]) == large
     assert femic(FEW, "--page")[0] == DONE
     if not large:
         path.write_text("none", encoding="utf-8")
