@@ -33,7 +33,7 @@ UNITS = (
 )
 UNIT = re.compile(rf" ?\[({'|'.join(map(re.escape, UNITS))})\]")
 DEFAULT = re.compile(r"(?:^|[;,] )default: (.*)$")
-OF_MOTION = re.compile(r"^(?:of (?:transient )?rolling(?:, steady or transient)?|without friction): ")
+OF_MOTION = re.compile(r"^(?:steady|transient|steady or transient) rolling: ")
 PAGE = re.compile(r"docs/([\w/-]+)\.md")
 RANGES = {
     (LEAST_LENGTH, LARGEST_LENGTH): "length",

@@ -204,7 +204,10 @@ def _clean(source: Source, rows: Rows) -> tuple[Rows, list[str]]:
     try:
         crossing = first_crossing(rows.points)
     except SelfIntersection:
-        raise source.refused("many points coincide; the points must follow the surface once") from None
+        raise source.refused(
+            "the line through the points overlaps itself in many places; the points must follow "
+            "the surface once"
+        ) from None
     if crossing is not None:
         k, m = crossing
         ends = rows.points[:, [0, -1]]

@@ -191,7 +191,7 @@ def _no_motion(curve: Differences, amplitude: float) -> str:
         moves = _at_rest(curve, middle) or _moving(curve, middle)
         widest, beyond = (middle, beyond) if moves else (widest, middle)
     return (
-        f"amplitude = {amplitude:g} mm: between the shifts from {first:g} to {last:g} mm, where the "
+        f"amplitude = {amplitude:g} mm: between the shifts from {first:g} to {last:g} mm, and where the "
         f"wheelset returns to the middle, the largest amplitude is {widest:.4g} mm; give more shifts"
     )
 

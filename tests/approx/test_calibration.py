@@ -204,7 +204,7 @@ def test_k_point_by_point_on_a_prismatic_pair_has_a_closed_form():
         ({"x": 3 * np.cos(np.linspace(0, 1, 52)), "s": 3 * np.sin(np.linspace(0, 1, 52))}, "different dist"),
         ({"x": np.linspace(3.0, 4.0, 52), "s": 0 * S}, "furthest 1.5 times as far"),
         ({"x": np.linspace(0.0, 4.0, 52), "s": 0 * S}, "different distances above 0"),
-        ({"ics": np.zeros((1, len(X)))}, "xn: all of its ICs are 0"),
+        ({"ics": np.zeros((1, len(X)))}, "xn: all ICs are 0"),
     ],
 )
 def test_bad_data_are_refused(change, message):

@@ -66,7 +66,7 @@ def test_k_of_equal_materials_couples_only_through_what_is_given():
         (lambda: Transition(0.1, 9.0, -1.0, 1.0), "m = -1.0"),
         (lambda: Transition(0.1, 9.0, 1.0, np.inf), "n = inf"),
         (lambda: EffectiveProperties(nu=Transition(0.6, 9.0, 1.0, 1.0)), "nu far away = 0.6"),
-        (lambda: EffectiveProperties(G=Transition(0.0, 9.0, 1.0, 1.0)), "G far away = 0.0"),
+        (lambda: EffectiveProperties(G=Transition(0.0, 9.0, 1.0, 1.0)), "G at r_inf and beyond = 0.0"),
     ],
 )
 def test_impossible_properties_are_refused(make, message):

@@ -81,20 +81,20 @@ MISFITS = {
     "one point": (lambda: body_of(BLOCK[:1], (1, 2)), r"outline\.points: 1 points"),
     "no number": (lambda: body_of(((5.0, np.nan), *BLOCK[1:]), (2, 3)), r"outline\.points: .*finite"),
     "clamped": (lambda: body_of(BLOCK, (3, 2)), r"outline\.clamped = \[3, 2\]: .*two of the 4 points"),
-    "repeated": (lambda: body_of((*BLOCK[:2], *BLOCK[1:]), (2, 4)), r"points 2 and 3 are the same"),
+    "repeated": (lambda: body_of((*BLOCK[:2], *BLOCK[1:]), (2, 4)), r"points 2 and 3 are identical"),
     "off the plane": (
         lambda: body_of(((5.0, -1.0), *BLOCK[1:3], (-5.0, -1.0)), (2, 3)),
         "a plane has no ends of its own",
     ),
-    "crossing": (lambda: body_of(CROSSING, (2, 3)), r"cross themselves at y = 0, z = -4 mm"),
+    "crossing": (lambda: body_of(CROSSING, (2, 3)), r"crosses itself or the contour at y = 0, z = -4 mm"),
     "through the contour": (
         lambda: body_of(((0.0, 3.0), (0.0, -9.0)), (1, 2), contour=arc(10.0, 0.4, 0.4)),
-        r"cross themselves at y = 0, z = ",
+        r"crosses itself or the contour at y = 0, z = ",
     ),
     "other side": (lambda: body_of(BLOCK, (2, 3), side=UPPER), "would not lie above the contour"),
     "hub": (
         lambda: body_of([(y, -z) for y, z in BLOCK], (2, 3), side=UPPER, radius=100.0, hub=30.0),
-        r"hub_radius = 30\.0: an outline says itself",
+        r"hub_radius = 30\.0: the outline defines where",
     ),
     "axis": (
         lambda: body_of([(y, -z) for y, z in BLOCK], (2, 3), side=UPPER, radius=9.9),

@@ -89,7 +89,7 @@ def test_wrong_input_exits_with_2_and_writes_nothing(write_scene, tmp_path, caps
         assert "mine.toml" in capsys.readouterr().err
     assert exit_code(["run", "nowhere.toml", "--out", str(out)]) == WRONG_INPUT
     assert exit_code(["run", "flat", "--sped", "3", "--out", str(out)]) == WRONG_INPUT
-    assert "no such file" in capsys.readouterr().err
+    assert "neither a file nor a built-in scene" in capsys.readouterr().err
     assert not out.exists()
 
 
@@ -154,7 +154,7 @@ def test_names_of_no_folder_are_refused_and_nothing_is_written(name, place, caps
 def test_names_that_are_no_utf_8_are_refused_before_any_work(words, place, capsys):
     assert exit_code(words) == WRONG_INPUT
     said = capsys.readouterr().err
-    assert "is no name in UTF-8: rename the file or folder" in said
+    assert "the name is not valid UTF-8; rename the file or folder" in said
     assert "\\udcf" in said
     assert files(place) == []
 

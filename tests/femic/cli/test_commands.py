@@ -65,7 +65,7 @@ def plan_fails(monkeypatch):
         (WrongInput("a = 1: at most `tolerance`"), 2, "femic: a = 1: at most engine.tolerance"),
         (Failure("use fewer (`workers` = 1)"), 1, "femic: use fewer (--workers 1)"),
         (OSError("no space left"), 1, "femic: no space left"),
-        (KeyboardInterrupt(), 130, "femic: interrupted; finished parts are stored"),
+        (KeyboardInterrupt(), 130, "femic: interrupted. Finished parts are stored"),
     ],
 )
 def test_each_error_has_its_exit_code_and_its_message(error, code, says, plan_fails, capsys):
@@ -185,7 +185,7 @@ def test_one_to_five_scenes_are_calibrated_into_folders_of_their_own(n, recorded
     reports = recorded("compare.pages.calibration.write_report", Path("there"))
     code, out = command("calibrate", *map(str, paths)), tmp_path / "out"
     if n > 5:
-        assert "scenes: 6 of them; give 1 to 5" in capsys.readouterr().err
+        assert "scenes: 6 given; give 1 to 5" in capsys.readouterr().err
         assert (code, written) == (WRONG_INPUT, [])
     else:
         assert (code, reports) == (DONE, [(["fit"] * n, out)])
@@ -236,7 +236,7 @@ def test_plan_shows_total_seconds_and_largest_memory(monkeypatch, capsys):
     assert "tolerance 0.01, 4 workers" in output
     assert "64 lags of 0.4 mm, 32 strips of 0.6 mm about s = 0 mm; matrix.nc takes 12 MB" in output
     assert "about 115 s, 1500 MB" in output
-    assert "about 100 s, 900 MB for the models; 2 s for the matrices themselves" in output
+    assert "about 100 s, 900 MB for the models; 2 s for the matrices" in output
     for shown in ("1,234,567", "1.5", "1280 mm", "640 mm", "infinite", "55"):
         assert shown in output
 
@@ -283,7 +283,10 @@ def test_plan_with_the_solid_engine_refuses_matrix_and_contact(plan, monkeypatch
     monkeypatch.setattr("femic.results.ics.run_plans", lambda *_: [step])
     *_, output = plan("tall", small | {"engine": {"kind": "solid"}})
     for name in ("matrix", "contact"):
-        assert f"femic {name}: tall: 1 error(s) engine.kind = 'solid': has no C on a grid" in output
+        assert (
+            f"femic {name}: tall: 1 error(s) engine.kind = 'solid': this engine cannot compute C on a grid"
+            in output
+        )
 
 
 @pytest.mark.parametrize("motion", ["rolling", "compression"])
@@ -316,7 +319,7 @@ def test_contact_of_several_scenes_has_a_folder_each_and_one_for_maps(recorded, 
 
 
 @pytest.mark.parametrize(
-    ("scenes", "message"), [((), "name one scene or more"), (("tall", "tall"), "two have the same name")]
+    ("scenes", "message"), [((), "name at least one scene"), (("tall", "tall"), "two have the same name")]
 )
 def test_contact_of_no_scene_or_of_one_name_twice_is_refused(scenes, message, capsys):
     assert exit_code(["contact", *scenes]) == WRONG_INPUT

@@ -41,10 +41,10 @@ def test_page_of_a_file_says_how_it_was_understood(head, capsys):
     assert exit_code(["profiles", "mine.txt", *GIVEN, "--tolerance", "0.02"]) == DONE
     said = capsys.readouterr().out
     assert "1 unit of the file is 1 mm" in said
-    assert "y grows to the field side, as given" in said
+    assert "y points to the field side, as given" in said
     assert "z points up, as its head" in said
     text = (head / "out/profiles/mine/profile.html").read_text(encoding="utf-8")
-    assert "Rail mine: how it was understood" in text
+    assert "Rail mine: how the program reads it" in text
     assert said.splitlines()[0] in text
     with xr.open_dataset(head / "out/profiles/mine/profile.nc") as dataset:
         np.testing.assert_allclose(dataset.point_y[0], 2 + (30 + ERROR) * np.sin(-1.4), atol=1e-9)
@@ -69,14 +69,14 @@ def test_profile_is_written_back_as_read_or_smoothed():
     [
         (
             "60E1 61E1",
-            r"no such file, and none of the package; did you mean 60E1.*\? The package has S1002, 60E1",
+            r"no such file and no built-in profile; did you mean 60E1.*\? The package has S1002, 60E1",
         ),
-        ("nothere.ban", r"none of the package\. The package has S1002"),
+        ("nothere.ban", r"no built-in profile\. The package has S1002"),
         ("mine.txt", r"mine\.txt: kind: .*give --kind 'rail'"),
         ("mine.txt --kind rail", r"mine\.txt: axes: .*give --axes 'field'"),
         ("mine.txt --kind rail --axes left", r"--axes 'left'"),
         ("bad.txt --kind rail", r"bad\.txt, line 2: "),
-        ("S1002 --axes up", r"S1002: a profile of the package: leave out"),
+        ("S1002 --axes up", r"S1002: a built-in profile; leave out"),
         ("S1002 S1002", r"S1002: given twice"),
         ("mine.txt mine.txt --kind rail --axes field", r"mine\.txt: given twice"),
         ("mine.txt --kind rail --section 1", r"section and section_at are of lists"),
@@ -85,7 +85,7 @@ def test_profile_is_written_back_as_read_or_smoothed():
         ("list.slcs --section-at 2", r"--section-at 2: lies between sections"),
         ("list.slcs --section 1 --kind wheel", r"--kind 'wheel': it is a list of rails"),
         ("S1002 --write a.prr", r"--write a\.prr: .*must end in \.prw"),
-        ("S1002 60E1 --write a.prw", r"--write a\.prw: 2 profiles; give one"),
+        ("S1002 60E1 --write a.prw", r"--write a\.prw: 2 profiles given; give one"),
         *(
             (
                 f"mine.txt --kind rail --axes field --write {name}",

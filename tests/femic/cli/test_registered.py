@@ -156,7 +156,10 @@ def test_new_variants_are_listed_and_unknown_names_refused(scene, tmp_path, monk
 
 LINES = '[[lines]]\nalong = "x"\ns = 1.6\nreach = 6.0\npoints = 9\n'
 OTHERS = "[grid]\nn_x = 4\nn_s = 3\n[contact]\nloads = [100.0]\nelements = 8\n"
-NO_MATRICES = "engine.kind = 'closed': has no C on a grid, as matrices and contact need it: use engine.kind"
+NO_MATRICES = (
+    "engine.kind = 'closed': this engine cannot compute C on a grid, which matrices and contact need; "
+    "use engine.kind"
+)
 
 
 @pytest.fixture

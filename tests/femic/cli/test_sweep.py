@@ -84,7 +84,7 @@ def test_scenes_that_fail_are_listed_and_do_not_stop_the_others(femic):
         (
             LIGHT,
             ("--scheduler", "tcp://127.0.0.1:9", "--workers", "2"),
-            "--workers are cores of this machine",
+            "--workers counts cores of this machine",
         ),
         (LIGHT.replace("0.1, 0.2, 0.3", "0.1, 0.7, 0.3"), (), "at E=1,nu=0.7"),
         (LIGHT, ("--scheduler", "nonsense"), "is not the address of a Dask scheduler"),
@@ -109,7 +109,7 @@ def test_a_scheduler_that_does_not_answer_is_reported_before_any_work(femic, mon
 def test_impossible_combinations_are_noted_and_fail(femic):
     code, printed = femic(CELLS_OF_PATCHES)
     assert code == DONE
-    assert "note: a scene that will fail: at cell=0.2,b=0.1: " in printed
+    assert "note: this scene will fail: at cell=0.2,b=0.1: " in printed
     assert "9 scenes: 7 computed, 2 failed" in printed
 
 
@@ -152,7 +152,7 @@ def test_page_is_written_without_computing_and_not_of_what_is_missing_or_damaged
         monkeypatch.setattr("compare.campaigns.dataset.LARGEST_FILE", 1)
     code, printed = femic(FEW, "--page")
     assert code == FAILED
-    assert "out/mine: nothing is finished yet" in printed
+    assert "out/mine: no finished scenes yet" in printed
     assert f"Dataset: out/mine/sweep.{'zarr' if large else 'nc'}" in femic(FEW)[1]
     Path("out/mine/sweep.html").unlink()
     with monkeypatch.context() as patch:
@@ -170,7 +170,7 @@ def test_page_is_written_without_computing_and_not_of_what_is_missing_or_damaged
     assert code == FAILED
     assert "damaged (" in printed
     assert "run the campaign again" in printed
-    assert ("it is written anew" in femic(FEW)[1]) == large
+    assert ("it is written again" in femic(FEW)[1]) == large
     assert femic(FEW, "--page")[0] == DONE
     if not large:
         path.write_text("none", encoding="utf-8")

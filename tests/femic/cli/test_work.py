@@ -35,9 +35,9 @@ def test_results_go_to_a_folder_of_the_scene_by_one_worker_per_core_unless_other
     ("location", "reason"),
     [
         ("foo://x", "Protocol not known: foo: give a folder, or"),
-        ("memory://x", r"nothing can be stored there \(RuntimeError: no credentials\)"),
-        *((place, "nothing can be stored there .*: give a folder") for place in ("FILE", "FILE/below")),
-        ("http://127.0.0.1:9/x", "nothing can be stored there .*: give a folder"),
+        ("memory://x", r"cannot write there \(RuntimeError: no credentials\)\. Give a folder"),
+        *((place, r"cannot write there \(.*\)\. Give a folder") for place in ("FILE", "FILE/below")),
+        ("http://127.0.0.1:9/x", r"cannot write there \(.*\)\. Give a folder"),
     ],
 )
 def test_a_store_where_nothing_can_be_stored_is_refused_before_the_work(
@@ -138,7 +138,7 @@ def test_commands_refuse_a_folder_in_use_or_in_which_nothing_can_be_written(name
     with locked(Path(folder)):
         assert exit_code([name, *COMMANDS[name][0]]) == FAILED
         assert [path.name for path in Path(folder).iterdir() if path.is_file()] == [LOCK]
-    assert "another femic writes there" in capsys.readouterr().err
+    assert "another femic run writes there" in capsys.readouterr().err
     if folder == ".":
         Path("figures").touch()
     else:

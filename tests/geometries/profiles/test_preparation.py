@@ -124,7 +124,7 @@ def test_repeated_points_are_left_out_and_counted():
     profile = on_arc(9.0, (-0.5, 0.8), 0.7)
     twice = rail(np.repeat(profile.points, [1, 3] + [1] * (profile.points.shape[1] - 2), axis=1))
     curve = prepare(twice)
-    assert "2 points that repeat" in curve.notes[1]
+    assert "2 repeated points" in curve.notes[1]
     np.testing.assert_array_equal(curve.points, profile.points)
 
 

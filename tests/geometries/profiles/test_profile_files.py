@@ -312,7 +312,7 @@ def test_a_part_of_a_rail_that_is_no_running_surface_is_refused(tmp_path):
     z = np.where((y > 40) & (y < 79), -30.0, 0.0) - 1e-3 * np.minimum(y, 40) ** 2
     path = save(tmp_path, "s.txt", columns_text(np.stack([y, z])))
     read_profile(path, "rail", axes="field up", unit="mm", surface=1)
-    with pytest.raises(WrongInput, match=r"surface = 2: 1 mm wide, no running surface"):
+    with pytest.raises(WrongInput, match=r"surface = 2: 1 mm wide, too narrow for a running surface"):
         read_profile(path, "rail", axes="field up", unit="mm", surface=2)
 
 

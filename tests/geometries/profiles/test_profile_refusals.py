@@ -224,7 +224,7 @@ def test_miniprof_is_known_by_its_text_under_any_ending(tmp_path):
         path.write_text(TEXTS[name][0])
         points = {"rail": rail(), "wheel": wheel()}[kind]
         np.testing.assert_array_equal(read_profile(path, kind, axes="field").points, points)
-        with pytest.raises(WrongInput, match="kind: the file does not say it"):
+        with pytest.raises(WrongInput, match="kind: the file does not state it"):
             read_profile(path, axes="field")
 
 

@@ -341,4 +341,4 @@ def test_a_corner_that_keeps_a_curve_from_being_smoothed_asks_for_a_larger_toler
         profile = read_profile(path, "rail", axes="field up")
         said.append(noise(profile_figure(prepare(profile, 0.003))))
     assert said[0] == ""
-    assert said[1].endswith("Take a tolerance of 0.009 mm.")
+    assert said[1].endswith("Use a tolerance of 0.009 mm.")

@@ -98,13 +98,13 @@ RUNS_OFF = Y * (1 - (Y / 5) ** 2)  # beyond 5 mm
 @pytest.mark.parametrize(
     ("y", "differences", "amplitude", "error", "message"),
     [
-        (Y, -Y, 3.0, Failure, "without growing through 0"),
-        (Y, Y, 9.5, Failure, r"amplitude = 9.5 mm: .* 9 mm at most"),
-        (CUT_LEFT, CUT_LEFT, 4.0, Failure, r"amplitude = 4 mm: .* 3 mm at most"),
-        (CUT_RIGHT, CUT_RIGHT, 4.0, Failure, r"amplitude = 4 mm: .* 3 mm at most"),
-        (Y, RUNS_OFF, 5.5, Failure, "lead back"),
-        (Y, -beside_a_plateau(Y), 1.0, Failure, "without growing through 0"),  # nor a plateau to stay at
-        (Y, 0 * Y, 9.1, Failure, "9 mm at most"),
+        (Y, -Y, 3.0, Failure, "does not increase through 0"),
+        (Y, Y, 9.5, Failure, r"amplitude = 9.5 mm: .* the largest amplitude is 9 mm"),
+        (CUT_LEFT, CUT_LEFT, 4.0, Failure, r"amplitude = 4 mm: .* the largest amplitude is 3 mm"),
+        (CUT_RIGHT, CUT_RIGHT, 4.0, Failure, r"amplitude = 4 mm: .* the largest amplitude is 3 mm"),
+        (Y, RUNS_OFF, 5.5, Failure, "where the wheelset returns"),
+        (Y, -beside_a_plateau(Y), 1.0, Failure, "does not increase through 0"),  # nor a plateau to stay at
+        (Y, 0 * Y, 9.1, Failure, "the largest amplitude is 9 mm"),
         (Y, Y, 0.0, WrongInput, "amplitude"),
         (Y[::-1], Y, 1.0, WrongInput, "grow"),
         (Y, Y[:-1], 1.0, WrongInput, "shapes"),

@@ -113,11 +113,11 @@ AXLE = {"flange_back_distance": BACKS, "nominal_radius": 460.0}
     [
         (
             lambda: lay_out((RAIL, WHEEL), (WHEEL, WHEEL), TRACK, WHEELSET),
-            "tyre: is a wheel, but a rail belongs",
+            "tyre: is a wheel, but a rail is needed",
         ),
         (
             lambda: lay_out((RAIL, RAIL), (WHEEL, WHEEL), TrackDimensions(GAUGE, 40.0, False), WHEELSET),
-            "gauge_depth = 40 mm: the rail profile ends",
+            "gauge_depth = 40 mm, but the rail profile ends",
         ),
         (
             lambda: lay_out((RAIL, RAIL), (WHEEL, WHEEL), TRACK, WheelsetDimensions(BACKS, 460.0, 60.0)),
@@ -125,7 +125,7 @@ AXLE = {"flange_back_distance": BACKS, "nominal_radius": 460.0}
         ),
         (
             lambda: lay_out((RAIL, RAIL), (WHEEL, WHEEL), TRACK, WheelsetDimensions(BACKS, 460.0)),
-            r"wheel\.flange_back is not given, .* y = -69 mm .*: give the y of the flange back",
+            r"wheel\.flange_back is not given, .* y = -69 mm .*\. Give the y of the flange back",
         ),
         (lambda: TrackDimensions(**DIMENSIONS | {"gauge": -1.0}), "gauge"),
         (lambda: TrackDimensions(**DIMENSIONS | {"gauge_depth": 0.0}), "gauge_depth"),
