@@ -232,7 +232,7 @@ class ShiftsFile(SceneTable):
     def _rolled_at_each_shift(self) -> "ShiftsFile":
         if self.rolls and len(self.rolls) != len(self.shifts):
             raise ValueError(
-                f"rolls: {len(self.rolls)} values for {len(self.shifts)} shifts; give one for each shift, "
+                f"rolls: {len(self.rolls)} given for {len(self.shifts)} shifts; give one for each shift, "
                 "or none"
             )
         return self
