@@ -110,7 +110,7 @@ class TrackTable(SceneTable):
     """The track."""
 
     gauge: Length = Field(
-        1435.0, description="track gauge: smallest distance between the rails down to gauge_depth [mm]"
+        1435.0, description="track gauge, the smallest distance between the rails down to gauge_depth [mm]"
     )
     gauge_depth: Length = Field(
         14.0, description="depth below the rail tops to which the gauge is measured [mm]"

@@ -58,7 +58,7 @@ LIMITS = {  # what is allowed, what is not, and what is said
     "an approach": (
         {"loads": [], "approaches": [0.99 * SPREAD]},
         {"loads": [], "approaches": [1.01 * SPREAD]},
-        r"contact\.approaches\.0 = 42\.3.*: strains would be larger than 1",
+        r"contact\.approaches\.0 = 42\.3.*: strains would exceed 1",
     ),
     "a place": (
         {"shift": -0.5},

@@ -196,7 +196,9 @@ WHEELSET = {"flange_back_distance": 1360.0, "nominal_radius": 460.0}
 
 def test_the_track_of_a_measured_profile_is_asked_for_before_any_work(tmp_path):
     file = measured(tmp_path, track={"rail_inclination": 0.0}, wheelset=WHEELSET)
-    with pytest.raises(WrongInput, match=r"^rail\.profile is a file, .*give track\.gauge = 1435, or what"):
+    with pytest.raises(
+        WrongInput, match=r"^rail\.profile is a file, .*give track\.gauge = 1435, or the actual values"
+    ):
         compute.compute_shifts(file)
     compute.require_track(measured(tmp_path, track=TRACK, wheelset=WHEELSET))
     compute.require_track(FILE)
