@@ -247,7 +247,9 @@ class ContactSpecification:
     def __post_init__(self) -> None:
         """Raise WrongInput unless friction is specified for a motion that has it."""
         if (self.motion != WITHOUT_FRICTION) != (self.friction is not None):
-            raise WrongInput(f"motion = {self.motion!r}: give `friction` for motions with friction only")
+            raise WrongInput(
+                f"motion = {self.motion!r}: give `friction` for motions with friction, and only for those"
+            )
 
     @property
     def exact(self) -> bool:

@@ -162,8 +162,8 @@ DEVIATIONS = {  # from C after the source's discount, of C its estimate: of `Dev
     ),
     "displacement_vanishes": (
         "negligible",
-        "1: the displacement that C causes is below its estimated error; approximations are compared with "
-        "zero",
+        "1: the displacement that C causes vanishes or is smaller than ten times its estimated error; "
+        "displacement_error is then relative to 5 % of that under normal tractions",
     ),
     "entry_error": (
         "worst",

@@ -157,7 +157,8 @@ def require_track(specification: ShiftsFile) -> None:
     if rail_files and missing:
         raise WrongInput(
             f"{rail_files[0]}.profile is a file, and the specification does not describe the track: give "
-            f"{', '.join(missing)} (rail_inclination = 0 if the points of the rail are already inclined)"
+            f"{', '.join(missing)}, or the actual values (rail_inclination = 0 if the points of the rail are "
+            "already inclined)"
         )
 
 

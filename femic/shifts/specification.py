@@ -110,7 +110,7 @@ class TrackTable(SceneTable):
     """The track."""
 
     gauge: Length = Field(
-        1435.0, description="track gauge: smallest distance between the rails down to gauge_depth [mm]"
+        1435.0, description="track gauge, the smallest distance between the rails down to gauge_depth [mm]"
     )
     gauge_depth: Length = Field(
         14.0, description="depth below the rail tops to which the gauge is measured [mm]"
@@ -232,7 +232,7 @@ class ShiftsFile(SceneTable):
     def _rolled_at_each_shift(self) -> "ShiftsFile":
         if self.rolls and len(self.rolls) != len(self.shifts):
             raise ValueError(
-                f"rolls: {len(self.rolls)} values for {len(self.shifts)} shifts; give one for each shift, "
+                f"rolls: {len(self.rolls)} given for {len(self.shifts)} shifts; give one for each shift, "
                 "or none"
             )
         return self

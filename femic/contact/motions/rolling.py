@@ -165,7 +165,9 @@ class Continuation:
             return float(by_creepage[xi].contact.force[0]) - force
 
         if beyond(self.xi[0]) * beyond(self.xi[-1]) > 0:
-            raise Failure(f"{self.label}: F_x = {force:g} N lies beyond the curve; give larger creepages")
+            raise Failure(
+                f"{self.label}: F_x = {force:g} N lies beyond the curve; give a wider range of creepages"
+            )
         return by_creepage[float(scipy.optimize.brentq(beyond, self.xi[0], self.xi[-1], xtol=ACCURACY))]
 
     def at(

@@ -32,7 +32,7 @@ LIMITS = {  # what is allowed, what is not, and what is said
     "parallel cylinders": (
         {"upper": {"rolling_radius": 1e5}},
         {"upper": PRISMATIC},
-        r"upper\.rolling_radius = inf: two prismatic bodies touch all along x.*give upper\.rolling_radius",
+        r"upper\.rolling_radius = inf: two prismatic bodies touch along .*give upper\.rolling_radius",
     ),
     "parallel cylinders on a grid": (
         {"grid": "scene"},
@@ -42,7 +42,8 @@ LIMITS = {  # what is allowed, what is not, and what is said
     "a lower wheel": (
         {},
         {"lower": {"rolling_radius": 300.0}},
-        r"lower\.rolling_radius = 300: a contact has a prismatic lower body: leave it out, or exchange",
+        r"lower\.rolling_radius = 300: in contact the lower body must be prismatic; leave this key out, "
+        "or exchange",
     ),
     "a load": (
         {"loads": [1.0, 0.99 * BEARABLE]},
@@ -57,7 +58,7 @@ LIMITS = {  # what is allowed, what is not, and what is said
     "an approach": (
         {"loads": [], "approaches": [0.99 * SPREAD]},
         {"loads": [], "approaches": [1.01 * SPREAD]},
-        r"contact\.approaches\.0 = 42\.3.*: strains would be larger than 1",
+        r"contact\.approaches\.0 = 42\.3.*: strains would exceed 1",
     ),
     "a place": (
         {"shift": -0.5},
@@ -72,7 +73,7 @@ LIMITS = {  # what is allowed, what is not, and what is said
     "a cylinder on a plane": (
         {},
         {"lower": {"contour": {"kind": "plane"}}, "upper": {"contour": {"kind": "plane"}}},
-        r"lower\.contour, upper\.contour: the bodies touch all over, .*: give contours that are not alike",
+        r"lower\.contour, upper\.contour: the bodies touch everywhere, .*; give contours of different shape",
     ),
     "the end of the upper contour": (
         {"upper": {"contour": UPPER_ENDS}},

@@ -216,7 +216,7 @@ def test_a_spread_beyond_either_end_of_the_grid_is_refused(side):
 def test_too_many_passages_per_step_are_refused():
     with pytest.raises(
         WrongInput,
-        match=r"1e.06 .lower., 0 .upper. per step: .* take .* and 0 at most and more steps, or a larger",
+        match=r"1e.06 .lower., 0 .upper. per step: .* use .* and 0 at most and more steps, or a larger",
     ):
         worn(flat(), steps(2, 1e6, 0.0))
 

@@ -44,7 +44,7 @@ def with_gap(folder, points, **contact):
     [
         ([(0.0,)] * 3, r"line 1: 1 columns; give s, gap or x, s, gap"),
         ([(0.0, 0.0, 0.0)] * 3, r"points 1 and 2 are at the same place"),
-        ([(x, 0.0, 0.0) for x in range(3)], r"3 points on one line, not at one x"),
+        ([(x, 0.0, 0.0) for x in range(3)], r"3 points lie on one line that is not at a single x"),
     ],
 )
 def test_files_of_an_extra_gap_are_checked(points, says, tmp_path):

@@ -220,7 +220,7 @@ def test_settings_for_contact_are_printed(tmp_path, capsys):
     """Edges of the grid, not centres; the upper body first; G in MPa."""
     code, output = output_of(CURVED, tmp_path, capsys, "--ics", "B")
     assert code == 0
-    assert "contact_B.txt: 4 matrices, one a loaded strip, 5 lags" in output
+    assert "contact_B.txt: 4 matrices, one per loaded strip, 5 lags" in output
     assert "MX = 5 or less, MY = 4, XL = -1, YL = -0.9, DX = 0.4, DY = 0.6 mm" in output
     assert "CHI = 0, DQ = 0.4 if it rolls" in output
     assert "body 1 = upper: POISS = 0.33, 0.28, GG = 26315.789, 82031.25 MPa" in output
@@ -234,7 +234,7 @@ def test_discount_is_refused_for_approximations(ics, tmp_path, capsys, monkeypat
     monkeypatch.setattr("compare.studies.frontier.choose", lambda *_, **__: pytest.fail("ICs were chosen"))
     code, output = output_of(CURVED, tmp_path, capsys, "--ics", ics, "--discount", "none")
     assert code == WRONG_INPUT
-    assert f"discount = none, ics = {ics}: approximations have no discount" in output
+    assert f"discount = none, ics = {ics}: the discount applies to C only" in output
     assert not (tmp_path / "out").exists()
 
 

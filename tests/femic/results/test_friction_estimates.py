@@ -152,7 +152,7 @@ def test_distances_of_curves_are_root_mean_squares_and_maxima_whatever_error_all
         assert np.all(of[name].sel(ics="C") == 0)
         np.testing.assert_allclose(beside_itself(of, name), 0.0, atol=1e-12)
     assert of["largest"].attrs["long_name"] == (
-        "largest distance to the reference's curve over friction times load"
+        "largest difference from the reference curve, relative to friction times load"
     )
 
 

@@ -132,7 +132,7 @@ def test_numbers_have_no_estimates_where_larger_elements_have_no_solution(monkey
 def test_forces_beyond_the_curve_are_refused():
     of = rolls(friction=[0.3], ics=["A"], longitudinal=[0.0, 5e-5], equal_force=0.9)
     along = solve_with_friction(of.contact_problem, searching)
-    with pytest.raises(Failure, match=r"F_x = .* N is beyond the curve; give further creepages"):
+    with pytest.raises(Failure, match=r"F_x = .* N lies beyond the curve; give a wider range of creepages"):
         along.with_force(0.9 * along.largest, [along.first()])
 
 

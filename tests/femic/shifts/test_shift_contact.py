@@ -171,7 +171,7 @@ def test_c_is_solved_only_above_its_angle(monkeypatch):
     assert below.attrs["notes"] == ""
     above = solved(1.0, "left", 9e4, elements=12, c_above_deg=2.0)
     assert asked == [("A", "Bhat", "C")]
-    assert above.attrs["notes"] == "C is left out: not today"
+    assert above.attrs["notes"] == "C was not computed: not today"
     np.testing.assert_array_equal(above.p_max, below.p_max)
 
 

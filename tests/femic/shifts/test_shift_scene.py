@@ -118,10 +118,10 @@ def test_scenes_of_shifts_are_written_by_the_command(tmp_path, capsys):
     assert exit_code(["shifts", "s1002-on-60e1", "--write", "6", "--out", out]) == DONE
     assert "Scene: " in capsys.readouterr().out
     text = (tmp_path / "out" / "s1002-on-60e1_left_6.toml").read_text()
-    assert "# Assumed, because the specification does not say: rail.E = 210000 MPa, " in text
+    assert "# Assumed values that the specification does not give: rail.E = 210000 MPa, " in text
     assert keys_of_rolling(text) == {"motion": "rolling", "friction": [0.3]}
     assert exit_code(["shifts", "s1002-on-60e1", "--wheel", "right", "--out", out]) == WRONG_INPUT
-    assert "--wheel right: is of --write SHIFT" in capsys.readouterr().err
+    assert "--wheel right: only with --write SHIFT" in capsys.readouterr().err
     assert not (tmp_path / "out" / "shifts.nc").exists()
 
 
@@ -141,5 +141,5 @@ def test_the_keys_of_rolling_are_those_of_the_wheel(side, sign, tmp_path):
 
 def test_a_shift_without_its_roll_is_refused(tmp_path):
     file = parse_specification(TABLE | {"rolls": [1.0]}, tmp_path / "mine.toml")
-    with pytest.raises(WrongInput, match=r"--write 4: rolls are given at the shifts 5\.5 mm alone"):
+    with pytest.raises(WrongInput, match=r"--write 4: rolls are only given at the shifts 5\.5 mm"):
         write_scene(file, 4.0, tmp_path, "mine")

@@ -66,7 +66,7 @@ def test_the_example_shows_every_key_and_is_the_built_in_file(name):
 
 def test_the_example_says_that_c_is_solved_only_where_it_is_given(tmp_path):
     (line,) = (line for line in example().splitlines() if line.startswith("c_above_deg"))
-    assert line.endswith("without this key: no C")
+    assert line.endswith("without this key C is not used")
     assert loaded(tmp_path, MINIMAL).contact.c_above_deg is None
 
 
@@ -76,18 +76,18 @@ def test_the_example_says_that_c_is_solved_only_where_it_is_given(tmp_path):
         (MINIMAL.replace("60E1", "S1002"), "is no rail"),
         (
             MINIMAL.replace("60E1", "nothing.prr"),
-            "no such file beside the specification, and no profile of the package",
+            "neither a file relative to the specification nor a built-in profile",
         ),
         (MINIMAL + "[contact]\nload = -1.0\n", r"contact\.load = -1\.0: must be positive \[N\]"),
         (MINIMAL + "[contact]\nload = 0\n", "must be positive"),
         (MINIMAL + '[contact]\nics = ["D"]\n', "contact.ics"),
         (
             "shifts = [1.0, 0.0]\n" + MINIMAL,
-            r"shifts = \[1\.0, 0\.0\]: 0 comes after 1: shifts must grow; sort them",
+            r"shifts = \[1\.0, 0\.0\]: 0 comes after 1: shifts must increase; sort them",
         ),
         ("shifts = [60.0]\n" + MINIMAL, "at most 50"),
-        (MINIMAL.replace('60E1"', '60E1"\ntolerance = 0.02'), "is of files"),
-        (MINIMAL.replace('60E1"', '60E1"\nsection = 2'), "rail.section: is of files"),
+        (MINIMAL.replace('60E1"', '60E1"\ntolerance = 0.02'), "only for files"),
+        (MINIMAL.replace('60E1"', '60E1"\nsection = 2'), "rail.section: only for files"),
         (MINIMAL + "[track]\ngage = 1435.0\n", "unknown key"),
         ("[rail", "not TOML"),
     ],

@@ -99,7 +99,7 @@ def test_the_dataset_says_which_values_were_assumed():
         ("wheel.flange_back", pytest.approx(-70.0), "from the profile"),
     ):
         assert (used[name]["value"], used[name]["origin"]) == (value, origin)
-    assert used["rolling"]["value"] == "none: contacts without friction"
+    assert used["rolling"]["value"] == "none: the contacts are frictionless"
     assert "rail.tolerance" not in used  # a profile of the package has none
     (said,) = json.loads(dataset.attrs["doubts"])
     assert "track.gauge = 1435 mm, " in said
@@ -135,11 +135,11 @@ def test_shifts_left_out_are_said_before_the_first_contact(monkeypatch):
     options = RunOptions(watch=Watch(on_stage=said.append))
     with faked(contact_at), pytest.raises(Failure, match="shifts: no contact was found: "):
         compute.compute_shifts(file, options=options)
-    assert said[0].startswith("Assumed, because the specification does not say: ")
-    assert said[1].startswith("shift 12 mm is left out: ")
+    assert said[0].startswith("Assumed values that the specification does not give: ")
+    assert said[1].startswith("shift 12 mm was skipped: ")
     assert said[2] == "shift 0 mm (1 of 1), left is left out: no grid"
-    assert len(said[1]) > len("shift 12 mm is left out: ")
-    with pytest.raises(Failure, match="none is possible"):
+    assert len(said[1]) > len("shift 12 mm was skipped: ")
+    with pytest.raises(Failure, match="none of the shifts is possible"):
         compute.compute_shifts(changed(shifts=(40.0,)))
 
 
@@ -196,7 +196,9 @@ WHEELSET = {"flange_back_distance": 1360.0, "nominal_radius": 460.0}
 
 def test_the_track_of_a_measured_profile_is_asked_for_before_any_work(tmp_path):
     file = measured(tmp_path, track={"rail_inclination": 0.0}, wheelset=WHEELSET)
-    with pytest.raises(WrongInput, match=r"^rail\.profile is a file, .*give track\.gauge = 1435, or what"):
+    with pytest.raises(
+        WrongInput, match=r"^rail\.profile is a file, .*give track\.gauge = 1435, or the actual values"
+    ):
         compute.compute_shifts(file)
     compute.require_track(measured(tmp_path, track=TRACK, wheelset=WHEELSET))
     compute.require_track(FILE)
@@ -326,7 +328,7 @@ def test_a_roll_for_each_shift_or_none(tmp_path):
         "rail": {"profile": "60E1"},
         "wheel": {"profile": "S1002"},
     }
-    with pytest.raises(WrongInput, match="rolls: 1 of them, and 2 shifts: give one for each shift"):
+    with pytest.raises(WrongInput, match="rolls: 1 given for 2 shifts; give one for each shift"):
         parse_specification(table, tmp_path / "mine.toml")
     for roll in (150.0, "much"):
         with pytest.raises(WrongInput, match="rolls"):

@@ -51,7 +51,7 @@ WHEEL = curved(+1, rolling_radius=60.0)
         (curved(-1), InnerPoints(0.0, 0.0, [81.0]), "ends 80 mm from the contact centre"),
         (curved(-1), InnerPoints(0.0, 0.0, [-0.01]), "above the surface"),
         (curved(-1), section_points([0.0, 5000.0], [1.0]), "s = 5000"),
-        (curved(-1), InnerPoints(0.0, 9.0, [30.0]), "left the body again"),
+        (curved(-1), InnerPoints(0.0, 9.0, [30.0]), "leaves the body before this depth"),
         (WHEEL, InnerPoints(0.0, 0.0, [49.0]), "from the axis"),
         (WHEEL, InnerPoints(190.0, 0.0, [1.0]), "half way round"),
         (BLOCK, InnerPoints(0.0, 0.0, [40.1]), "outside the outline"),

@@ -315,9 +315,9 @@ def test_profile_is_the_same_at_all_x_in_all_formats(order):
             [*((*place, 0.0) for place in LATTICE), (5.0, 6.0, 0.0)],
             r"points 9 and 10 .* \(5, 6\): remove one",
         ),
-        ([(x, 2.0, 1.0) for x in range(4)], "4 points on one line, not at one x"),
-        ([(x, 2.0 * x + 1, 1.0) for x in range(4)], "give points beside it, too, or columns s, gap"),
-        ([(0.0, 0.0, 1.0), (1.0, 1.0, 1.0)], "2 points on one line"),
+        ([(x, 2.0, 1.0) for x in range(4)], "4 points lie on one line that is not at a single x"),
+        ([(x, 2.0 * x + 1, 1.0) for x in range(4)], "add points beside the line, or give columns s, gap"),
+        ([(0.0, 0.0, 1.0), (1.0, 1.0, 1.0)], "2 points lie on one line"),
     ],
 )
 def test_points_without_a_unique_gap_between_them_are_refused(columns, reason):

@@ -52,7 +52,7 @@ def test_motion_accepts_its_registered_keys_only(monkeypatch):
         BadScene, match=r"lateral is only of motion = 'rolling' or 'transient', not 'again': leave it out"
     ):
         scene(motion="again", loads=LOADS, lateral=0.1)
-    with pytest.raises(BadScene, match="loads must grow"):
+    with pytest.raises(BadScene, match="loads must increase"):
         scene(motion="again", loads=LOADS[::-1])
     monkeypatch.setitem(MOTIONS, "again", replace(MOTIONS["again"], keys=("friction", "lateral"), growing=()))
     assert scene(motion="again", loads=LOADS[::-1], lateral=0.1).contact.friction.lateral == 0.1

@@ -137,7 +137,7 @@ def test_an_approach_along_another_direction_closes_the_distance_by_its_cosine()
 def test_a_patch_near_the_end_of_its_grid_is_said():
     other = Grid(24, 24, 1.54, 0.22, 13.0)
     areas = Areas.with_approximation("A", bumps(), [Grid(24, 16, 1.54, 0.16), other])
-    with pytest.raises(AreaTooSmall, match="comes nearer") as raised:
+    with pytest.raises(AreaTooSmall, match="comes closer") as raised:
         areas.solve(LOAD)
     assert raised.value.number == 0
     grids = area_grids.longer(areas, raised.value)

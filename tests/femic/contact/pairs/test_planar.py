@@ -141,7 +141,7 @@ def test_the_grid_is_sized_in_the_plane():
 
 def test_an_extra_gap_is_refused():
     gap = Profile(np.array([-1.0, 1.0]), np.array([0.01, 0.01]))
-    with pytest.raises(WrongInput, match=r"extra_gap: .* leave it out of planar contact"):
+    with pytest.raises(WrongInput, match=r"extra_gap: planar contact does not allow it, .*; leave it out"):
         solve_planar(pair(problem(loads=(1e3,), extra_gap=gap)), 1e3)
 
 
