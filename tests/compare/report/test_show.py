@@ -122,7 +122,7 @@ def test_wrong_files_exit_with_2(capsys):
     pyvista = pytest.importorskip("pyvista")
     pyvista.ImageData(dimensions=(2, 2, 2)).cast_to_unstructured_grid().save("other.vtu")
     for command, message in (
-        (["nowhere.vtu"], "no such file"),
+        (["nowhere.vtu"], "neither a file nor a built-in scene"),
         (["other.vtu"], "von_mises"),
         (["other.vtu", "--body", "lower"], "--body"),
         (["nowhere"], "Built-in"),
@@ -168,7 +168,7 @@ def test_a_run_writes_the_fields_of_the_finest_model_on_request(write_scene, cap
 
 def test_fields_are_a_key_of_scenes_that_is_off_by_default(write_scene):
     assert not load_scene("geometry1").fields
-    assert "# fields = false  # write the displacement" in listing("geometry1")
+    assert "# fields = false  # write displacement" in listing("geometry1")
     path = write_scene(f"fields = true\n{ONE}")
     assert load_scene(str(path)).fields
     assert "\nfields = true  #" in listing(str(path))
