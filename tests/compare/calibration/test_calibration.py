@@ -172,10 +172,8 @@ def test_translation_is_least_squares_solution(calibrated):
 def test_summary_has_the_errors_without_and_with_the_fit(calibrated):
     errors = calibrated.errors.error.sel(body="combined", i="x", j="n")
     change = " → ".join(percent(errors.sel(variant=name).item()) for name in ("Bhat", "Bhat_prime"))
-    assert (
-        f"Largest errors of the fitted components on the lines of the scene, with B̂ → with B̂′: mine, combined C_xn {change}."
-        in summary([calibrated])
-    )
+    said = "Largest errors of the fitted components on the lines of the scene, with B̂ → with B̂′: "
+    assert f"{said}mine, combined C_xn {change}." in summary([calibrated])
     two = summary([calibrated, renamed(calibrated)])
     assert two.endswith(f"mine, combined C_xn {change}, other, combined C_xn {change}.")
 
