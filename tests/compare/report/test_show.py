@@ -122,7 +122,7 @@ def test_wrong_files_exit_with_2(capsys):
     pyvista = pytest.importorskip("pyvista")
     pyvista.ImageData(dimensions=(2, 2, 2)).cast_to_unstructured_grid().save("other.vtu")
     for command, message in (
-        (["nowhere.vtu"], "neither a file nor a built-in scene"),
+        (["nowhere.vtu"], "no such file"),
         (["other.vtu"], "von_mises"),
         (["other.vtu", "--body", "lower"], "--body"),
         (["nowhere"], "Built-in"),
