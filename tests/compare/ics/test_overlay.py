@@ -265,8 +265,8 @@ def test_folder_with_changed_files_is_refused(copied, capsys):
 
 ALL = 'bodies = ["upper"]\ncomponents = ["xx"]\nvariants = ["A"]'
 BAD = {
-    "none": ([], r"scenes = none: 0 scenes; give 2 to 5"),
-    "one": (["gentle.toml"], r"scenes = \S*gentle\.toml: 1 scenes; give 2 to 5"),
+    "none": ([], r"scenes = none: 0 given; give 2 to 5"),
+    "one": (["gentle.toml"], r"scenes = \S*gentle\.toml: 1 given; give 2 to 5"),
     "twice": (["gentle.toml", "gentle.toml"], r"'gentle' twice; give different scenes"),
     "of the same name": (["gentle.toml", "results/gentle"], r"'gentle' twice; .* rename one"),
     "nothing in common": (
