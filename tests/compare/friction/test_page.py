@@ -204,7 +204,8 @@ def test_remarks_say_which_contacts_are_less_accurate_and_what_the_displaced_whe
     assert "B̂: " not in text
     zero, p_max = rolled.zero_creepage, rolled.p_max.sel(xi=0.0)
     text = remarks(displaced_zero_creepage=zero - 3e-5, displaced_p_max=0.97 * p_max)
-    assert "would move the creepage without force by 0% and change p_max by −3.0%, with B̂." in text
+    assert "would change the creepage at F_x = 0 by 0% and p_max by −3.0%." in text
+    assert "With B̂, the distance of the displaced wheel" in text
     assert "displaced wheel" not in remarks(displaced_zero_creepage=np.nan * zero)
 
 

@@ -130,7 +130,7 @@ def test_keys_of_other_motions_are_refused():
         rolling(equal_force=0.3)
     with pytest.raises(BadScene, match="distance is only of motion = 'transient', not 'rolling': leave"):
         scene(motion="rolling", loads=[1e3], distance=3.0)
-    with pytest.raises(BadScene, match=r"motion = 'transient' has one load"):
+    with pytest.raises(BadScene, match=r"motion = 'transient' takes one load"):
         rolling(loads=[1e3, 2e3])
 
 

@@ -301,7 +301,7 @@ def test_unsuitable_scenes_are_refused_before_computation(case, copied, computed
 @pytest.mark.parametrize(
     ("out", "expected"),
     [
-        ("steep.toml", "is a file; name a folder"),
+        ("steep.toml", "this is a file; name a folder"),
         ("results/steep", "this folder holds the results of a scene; name another"),
     ],
 )
