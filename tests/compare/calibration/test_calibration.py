@@ -386,7 +386,7 @@ def test_curvature_apart_recovers_k_of_prismatic_bodies():
         ("s = []", "no line given"),
         ("x_min = 10.0\nx_max = 12.0", "calibration: points lie 10"),
         ('[effective.combined]\ncurvature = "apart"', "effective.combined: no property given"),
-        (None, "calibration: xn: all of its ICs are 0"),  # `flat`
+        (None, "calibration: xn: all ICs are 0"),  # `flat`
     ],
 )
 def test_invalid_calibrations_are_refused_before_computation(table, message, tmp_path, capsys, monkeypatch):

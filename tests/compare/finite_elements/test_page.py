@@ -107,7 +107,7 @@ def test_vanishing_numbers_are_compared_in_their_unit_and_shown_as_0_if_symmetri
 
 def test_the_answer_has_loads_as_rows_and_deviations_beside(dataset):
     table = answer_table(dataset, "FE", ["A", "C"])
-    assert [head.title for head in table.heads][4:] == ["p_max: A over FE [%]", "p_max: C over FE [%]"]
+    assert [head.title for head in table.heads][4:] == ["p_max: A against FE [%]", "p_max: C against FE [%]"]
     assert [[cell.text for cell in row.filled][4:] for row in table.rows] == [
         [number_text(100 * OFF[name][k], "+.1f") for name in ("A", "C")] for k in range(3)
     ]
