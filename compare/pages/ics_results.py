@@ -88,7 +88,7 @@ def sources(arguments: Sequence[str], results: Path) -> tuple[Source, ...]:
     """
     if not 2 <= len(arguments) <= MOST_SCENES:
         given = ", ".join(arguments) or "none"
-        raise WrongInput(f"scenes = {given}: {len(arguments)} scenes; give 2 to {MOST_SCENES}")
+        raise WrongInput(f"scenes = {given}: {len(arguments)} given; give 2 to {MOST_SCENES}")
     overlaid: dict[str, tuple[str, Source]] = {}
     for argument in arguments:
         source = _source(argument, results)

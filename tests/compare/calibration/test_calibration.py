@@ -172,7 +172,8 @@ def test_translation_is_least_squares_solution(calibrated):
 def test_summary_has_the_errors_without_and_with_the_fit(calibrated):
     errors = calibrated.errors.error.sel(body="combined", i="x", j="n")
     change = " → ".join(percent(errors.sel(variant=name).item()) for name in ("Bhat", "Bhat_prime"))
-    assert f"of fitted components: mine, combined C_xn {change}." in summary([calibrated])
+    said = "Largest errors of the fitted components on the lines of the scene, with B̂ → with B̂′: "
+    assert f"{said}mine, combined C_xn {change}." in summary([calibrated])
     two = summary([calibrated, renamed(calibrated)])
     assert two.endswith(f"mine, combined C_xn {change}, other, combined C_xn {change}.")
 
@@ -382,10 +383,10 @@ def test_curvature_apart_recovers_k_of_prismatic_bodies():
         ('properties = ["E"]', "calibration.properties.0"),
         ('properties = ["G", "G"]', "G given twice"),
         ('components = ["xn", "xn"]', "xn given twice"),
-        ("s = []", "no line at all"),
+        ("s = []", "no line given"),
         ("x_min = 10.0\nx_max = 12.0", "calibration: points lie 10"),
-        ('[effective.combined]\ncurvature = "apart"', "effective.combined: names no property"),
-        (None, "calibration: xn: all of its ICs are 0"),  # `flat`
+        ('[effective.combined]\ncurvature = "apart"', "effective.combined: no property given"),
+        (None, "calibration: xn: all ICs are 0"),  # `flat`
     ],
 )
 def test_invalid_calibrations_are_refused_before_computation(table, message, tmp_path, capsys, monkeypatch):

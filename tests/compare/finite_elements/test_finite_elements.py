@@ -206,7 +206,7 @@ def test_stored_loads_are_read_without_work(fe_calls, tmp_path):
 def test_unsupported_scenes_are_refused_before_any_work(keys, message):
     with pytest.raises(BadScene, match=message):
         require_suitable(pressed(**keys))
-    with pytest.raises(BadScene, match=r"discount = 'source': .* take 'approach'"):  # no bending of bodies
+    with pytest.raises(BadScene, match=r"discount = 'source': .* use 'approach'"):  # no bending of bodies
         require_suitable(replace(pressed(), discount="source"))
 
 
@@ -219,7 +219,7 @@ def test_page_of_contact_has_a_column_of_stored_finite_elements(fe_calls, tmp_pa
     beside = stored_solution(scene, by_ics, store)
     page = write_contact(scene, by_ics, tmp_path, beside).read_text(encoding="utf-8")
     assert page.count("<th>FE</th>") == 1
-    assert "finite elements did not solve" in page.lower()
+    assert "finite elements found no solution" in page.lower()
     assert (tmp_path / "figures" / "contact_fe.svg").is_file()
     without = write_contact(scene, by_ics, tmp_path / "without").read_text(encoding="utf-8")
     assert "<th>FE</th>" not in without

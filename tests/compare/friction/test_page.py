@@ -59,8 +59,9 @@ def test_page_and_file_of_rolling_agree(rolled, tmp_path):
 def test_the_summary_of_rolling_says_where_the_wheel_rolls_freely(rolled):
     text = rolling_page.parts(rolled).summary
     zero = 100 * rolled.zero_creepage.sel(ics="Bhat")
-    assert f"at a creepage of {float(zero.min()):.2g} ... {float(zero.max()):.2g}% with B̂" in text
-    assert "Under 10 kN" in text
+    assert f"zero at a creepage of {float(zero.min()):.2g} ... {float(zero.max()):.2g}%." in text
+    assert "With B̂" in text
+    assert "under 10 kN" in text
     assert "friction 0.3 ... 0.5" in text
 
 
@@ -68,9 +69,9 @@ def test_the_summary_of_rolling_says_where_the_wheel_rolls_freely(rolled):
     ("off", "known", "said"),
     [
         (1.5, 0.1, "within 2 %"),
-        (7.0, 0.1, "off by 7 %"),
-        (1.9, 0.4, "not decided: ± 0.4 %"),
-        (2.1, 0.4, "not decided: ± 0.4 %"),
+        (7.0, 0.1, "differs by 7 %"),
+        (1.9, 0.4, "not decided: estimated error ± 0.4 %"),
+        (2.1, 0.4, "not decided: estimated error ± 0.4 %"),
     ],
 )
 def test_verdict_follows_from_the_largest_difference_and_its_estimate(rolled, off, known, said):
@@ -180,7 +181,7 @@ def test_all_numbers_are_drawn_and_listed_but_those_that_vanish(rolled):
     np.testing.assert_allclose(shares, 100 * with_a.sliding_share, rtol=1e-5)
     *folded, symmetric = number_tables(rolled)
     assert len(folded) == len(steps[0]) == 9
-    assert symmetric.startswith("0 by symmetry: F_y (estimated error at most ")
+    assert symmetric.startswith("Zero by symmetry: F_y (estimated error at most ")
     table = folded[0].blocks[1]
     assert table.caption == "friction 0.5: F_x [kN]"
     assert [row.name for row in table.rows] == ["-0.4%", "0%", "0.4%"]
@@ -199,16 +200,17 @@ def test_remarks_say_which_contacts_are_less_accurate_and_what_the_displaced_whe
     assert "less accurate" not in remarks()
     simplified[0, 0] = [True, False, True]
     text = remarks(simplified=simplified)
-    assert "A: 2 of 6 contacts were solved only with fewer elements" in text
+    assert "A: 2 of 6 contacts were only solved in a simplified form" in text
     assert "B̂: " not in text
     zero, p_max = rolled.zero_creepage, rolled.p_max.sel(xi=0.0)
     text = remarks(displaced_zero_creepage=zero - 3e-5, displaced_p_max=0.97 * p_max)
-    assert "would move the creepage without force by 0% and change p_max by −3.0%, with B̂." in text
+    assert "would change the creepage at F_x = 0 by 0% and p_max by −3.0%." in text
+    assert "With B̂, the distance of the displaced wheel" in text
     assert "displaced wheel" not in remarks(displaced_zero_creepage=np.nan * zero)
 
 
 def test_flanks_are_pressed_together_unless_friction_depends_on_the_angle(rolled):
-    said = "flanks are pressed together"
+    said = "because the flanks also press on each other"
     assert said in rolling_page.parts(rolled).note
     assert said not in rolling_page.parts(rolled.assign_attrs(friction_by_angle="1 at 5°")).note
 
@@ -216,14 +218,14 @@ def test_flanks_are_pressed_together_unless_friction_depends_on_the_angle(rolled
 def test_the_verdict_of_compression_says_how_much_slides(pressed):
     text = compression_page.parts(pressed).summary
     shares = 100 * pressed.isel(load=-1).sliding_share.sel(ics="Bhat").values
-    assert f"{min(shares):.0f} ... {max(shares):.0f} % of the contact area slides with B̂" in text
+    assert f"{min(shares):.0f} ... {max(shares):.0f} % of the contact area slides, with B̂" in text
 
 
 def test_the_verdict_of_compression_knows_what_estimates_cover(pressed):
     share = xr.zeros_like(pressed.sliding_share)
     for off, known, said in (
-        (0.14, 0.05, "not decided: ± 10 %"),
-        (0.16, 0.05, "off by 16 %"),
+        (0.14, 0.05, "not decided: estimated error ± 10 %"),
+        (0.16, 0.05, "differs by 16 %"),
         (0.02, 0.01, "within 5 %"),
     ):
         moved = xr.where(share.ics == "Bhat", 0.5, 0.5 + off).broadcast_like(share)

@@ -81,13 +81,13 @@ def test_summary_states_the_distance_from_which_on_the_force_is_steady(dataset):
     both = [settling_distance(dataset.isel(friction=number, ics=1)) for number in (0, 1)]
     text = parts(dataset).summary
     said = f"{min(both):.3g}" if len(set(both)) == 1 else f"{min(both):.3g} ... {max(both):.3g}"
-    assert f"F_x with B̂ is within 5% of steady rolling from {said} mm on." in text
+    assert f"With B̂, F_x stays within 5% of steady rolling after {said} mm." in text
     near = abs(one.F_x - one.steady_F_x) <= 0.05 * one.steady_F_x
     assert bool(near.sel(distance=slice(at, None)).all())
     assert not bool(near.sel(distance=slice(None, at - 1e-6))[-1])
     short = dataset.isel(distance=slice(3))
     assert np.isnan(settling_distance(short.isel(friction=0, ics=1)))
-    assert "of steady rolling from – mm on." in parts(short).summary
+    assert "of steady rolling after – mm." in parts(short).summary
     assert np.isnan(settling_distance(one.assign(steady_F_x=np.nan)))
 
 
@@ -130,10 +130,10 @@ def test_keys_of_other_motions_are_refused():
         rolling(equal_force=0.3)
     with pytest.raises(BadScene, match="distance is only of motion = 'transient', not 'rolling': leave"):
         scene(motion="rolling", loads=[1e3], distance=3.0)
-    with pytest.raises(BadScene, match=r"motion = 'transient' has one load"):
+    with pytest.raises(BadScene, match=r"motion = 'transient' takes one load"):
         rolling(loads=[1e3, 2e3])
 
 
 def test_keys_are_listed():
     assert "creepage = 0.002" in listing("rolling")
-    assert "of transient rolling: rolled distance [mm]" in listing("rolling")
+    assert "transient rolling: rolled distance [mm]" in listing("rolling")

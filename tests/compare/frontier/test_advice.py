@@ -71,8 +71,8 @@ def test_zero_is_poor_approximation_of_small_component(components):
     assert not at.vanishes
     advice = advise(dataset, Question(tuple(components), 0.05, "combined"))
     assert advice.way == BEST.name
-    assert advice.text.startswith("Use C, harmonic 0.001: combined ICs to ")
-    assert advice.text.endswith("Worst: xn.")
+    assert advice.text.startswith("Use C, harmonic 0.001: the combined ICs have errors up to ")
+    assert advice.text.endswith("Largest error: xn.")
     assert advice.bound == pytest.approx(2 * 1e-5 / SMALL)  # the estimates of both bodies
     if "nn" in components:
         advice = advise(dataset, Question(("nn",), 0.05, "combined"))
@@ -90,11 +90,11 @@ def test_component_smaller_than_its_estimate_is_reported_as_vanishing():
     assert not at.by_symmetry
     assert at.error == pytest.approx(SMALL / (0.05 * nn_away))
     advice = advise(dataset, Question(("xn",), 0.5, "combined"))
-    assert "xn; it vanishes in C, so that is a share of 0.05 C_nn" in advice.text
+    assert "xn; it vanishes in C, so its error is relative to 0.05 C_nn" in advice.text
     table = evidence(dataset, advice)
     assert "xn †" in [column.header for column in table.columns]
     assert "0.05 C_nn" in table.caption
-    assert chart(dataset).cells[0].title == "combined: vanishes, share of 0.05 C_nn"
+    assert chart(dataset).cells[0].title == "combined: vanishes, relative to 0.05 C_nn"
 
 
 @pytest.mark.parametrize(

@@ -178,10 +178,12 @@ def test_advice_is_the_cheapest_way_within_the_tolerance(wants, tolerance):
     }
     good = [way for way, bound in bounds.items() if bound <= tolerance]
     if not good:
-        with pytest.raises(Failure, match=r"no way meets .*: the best, .* is known to .*elements$"):
+        with pytest.raises(
+            Failure, match=r"no choice of ICs meets .*\. The best, .* has an error of up to .*elements$"
+        ):
             advise(dataset, Question(wants, tolerance))
         dataset.attrs["skipped"] = '{"C 0.01": "about 9 s, but 3 s of the budget are left", "mix": "no fit"}'
-        with pytest.raises(Failure, match=r"; or a larger --budget, which left out C 0\.01$"):
+        with pytest.raises(Failure, match=r", or a larger --budget; the present budget excluded C 0\.01$"):
             advise(dataset, Question(wants, tolerance))
         return
     fastest = min(SECONDS[way] for way in good)
@@ -195,10 +197,12 @@ def test_advice_is_the_cheapest_way_within_the_tolerance(wants, tolerance):
 
 def test_advice_says_where_a_force_is_not_judged_and_what_to_want_where_it_vanishes():
     advice = advise(frontier(), Question(("F_x",), 0.5))
-    assert "F_x is judged at 5 of 6 points" in advice.text
+    assert "F_x is evaluated at 5 of 6 points" in advice.text
     vanishing = numbers(F_x=np.full((2, 3), 1e-9), estimate_F_x=np.full((2, 3), 1e-9))
     dataset = frontier(solutions={BEST: vanishing, CLOSE: vanishing})
-    with pytest.raises(Failure, match=r"F_x: nowhere does it exceed .* want F_x/limit, a share of friction"):
+    with pytest.raises(
+        Failure, match=r"F_x: it nowhere exceeds .* want F_x/limit, which is relative to friction"
+    ):
         advise(dataset, Question(("F_x",), 0.5))
     assert "F_x" not in [head.head for head in answer_table(dataset).heads]
 
@@ -206,8 +210,8 @@ def test_advice_says_where_a_force_is_not_judged_and_what_to_want_where_it_vanis
 def test_summary_names_the_ways_and_the_reference():
     dataset = frontier(("p_max", "F_x/limit"))
     text = summary(dataset)
-    assert "For p_max: the closest approximation is B̂, 10 elements, ≤ 2 % off at worst" in text
-    assert "against C (0.01), 20 elements, which is known to 1.00 % in p_max" in text
+    assert "For p_max: the closest approximation is B̂, 10 elements, with a largest error of ≤ 2 %" in text
+    assert "relative to C (0.01), 20 elements, whose estimated error is 1.00 % in p_max" in text
     rows = {row.name: row.filled[0] for row in answer_table(dataset).rows}
     assert [rows[name].text for name in ("2 %", "1 %")] == ["B̂, 10 elements", "C (0.01), 20 elements"]
 
@@ -251,5 +255,5 @@ def test_prescribed_numbers_are_not_wanted():
 def test_tolerances_out_of_range_are_refused(tolerance):
     with pytest.raises(WrongInput, match=r"--tolerance .*: must be above 0 and at most 1"):
         Question(("p_max",), tolerance)
-    with pytest.raises(WrongInput, match="name one number or more"):
+    with pytest.raises(WrongInput, match="name at least one number"):
         Question((), 0.1)

@@ -62,7 +62,7 @@ def test_frontier_page_of_a_wheel_on_a_rail(write, tmp_path, monkeypatch):
     ]
     assert len(left) > 1
     assert left == sorted(left, reverse=True)
-    assert "begins with the same cells as C 0.1, 8 elements" in dataset.attrs["skipped"]
+    assert "starts with the same cells as C 0.1, 8 elements" in dataset.attrs["skipped"]
     assert np.all(dataset.seconds > 0)
     # B-hat is C here, on the same grid; A is not
     p_max = dataset.error.sel(number="p_max", case=20000)
@@ -110,7 +110,10 @@ def test_grids_are_half_as_fine_and_twice_as_fine_within_their_limits(write):
     ("command", "message"),
     [
         (["advise", "--want", "F_x"], "want = 'F_x': not of contact.motion = 'none'"),
-        (["advise", "--want", "p_max", "--components", "nn"], "--want, --components: .* give one of them"),
+        (
+            ["advise", "--want", "p_max", "--components", "nn"],
+            "--want, --components: give either contact numbers or components",
+        ),
         (["advise", "--want", "p_max", "--budget", "-1"], "--budget -1: must be positive"),
         (["contact"], "ics = 'auto': the cheapest for what. Give want = "),
     ],
@@ -130,11 +133,17 @@ def test_advise_and_frontier_of_a_contact(write, tmp_path, capsys, monkeypatch):
     ask = ["advise", path, "--want", "p_max,b", "--tolerance", "0.2", "--out", out]
     assert exit_code([*ask, "--solve"]) == DONE
     printed = " ".join(capsys.readouterr().out.split())
-    for part in ("Use contact.ics = [", "p_max, b to", "share of the number itself", "measured against C"):
+    for part in (
+        "Use contact.ics = [",
+        "p_max, b with an error of at most",
+        "relative to the number itself",
+        "measured against C",
+    ):
         assert part in printed
     assert exit_code(ask) == DONE  # by what is known, without C
     assert re.search(
-        r"By the \d+ most similar of \d+ known scenes p_max", " ".join(capsys.readouterr().out.split())
+        r"Expected error of p_max with .*, from the \d+ most similar of \d+ solved scenes: ",
+        " ".join(capsys.readouterr().out.split()),
     )
     assert exit_code(["frontier", path, "--want", "p_max", "--out", out]) == DONE
     assert "For p_max:" in capsys.readouterr().out
@@ -158,7 +167,7 @@ def test_scene_takes_the_cheapest_ics_for_what_it_wants(write, tmp_path, capsys,
     dataset = xr.open_dataset(out / "contact.nc")
     assert list(dataset.ics.values) == [chosen.ics]
     assert because in dataset.attrs["choice"]
-    accuracy = "p_max expected within" if known else "p_max to"
+    accuracy = "p_max with an expected error of at most" if known else "p_max with an error of at most"
     assert accuracy in (out / "contact.html").read_text(encoding="utf-8")
 
 
@@ -180,11 +189,11 @@ def test_what_is_expected_may_decide_without_c(write, tolerance, ics):
     assert frontier is None
     assert advice.changes == {"contact": {"ics": [ics]}}
     advised = advice.text
-    assert "p_max expected within 8.00%" in advised
+    assert "p_max with an expected error of at most 8.00%" in advised
     assert f"p_max with {ics}: as in others." in advised
-    assert ("A is good enough, too: expected within 30.0%." in advised) == (tolerance == 0.3)
+    assert ("A is also accurate enough: expected error at most 30.0%." in advised) == (tolerance == 0.3)
     assert advised.endswith(
-        "That is the error of the ICs; the contact estimates that of its elements itself."
+        "This is the error from the ICs only; `femic contact` estimates the error from the elements."
     )
 
 
@@ -200,14 +209,14 @@ def test_c_is_solved_where_what_is_expected_does_not_decide(write, monkeypatch, 
         advice, _ = advise_contact(write(text()), Question(wants, tolerance), options, expect=expect)
         assert advice == "with C"
     assert asked == [wants, wants]
-    assert said == ["what is known of similar contacts does not decide: C is solved"] * 2
+    assert said == ["similar contacts do not settle the question, so C is computed"] * 2
 
 
 def test_advice_on_a_number_that_vanishes_is_refused_before_c(write, monkeypatch):
     """Both bodies are symmetric: nothing pushes them sideways."""
     monkeypatch.setattr("compare.studies.contact_frontier.first_models", lambda *_: pytest.fail("C"))
     scene = write(text(motion='motion = "compression"\nfriction = [0.3]'))
-    with pytest.raises(Failure, match=r"F_y: nowhere .* with any approximation, .*: want F_y/limit"):
+    with pytest.raises(Failure, match=r"F_y: it nowhere .* with any approximation, .*; want F_y/limit"):
         advise_contact(scene, Question(("p_max", "F_y"), 0.1), RunOptions(1))
 
 

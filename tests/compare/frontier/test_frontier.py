@@ -129,7 +129,11 @@ def test_advice_meets_tolerance_at_least_cost(made, tolerance, components, body)
 @pytest.mark.parametrize(
     ("question", "kind", "message"),
     [
-        ((COMPONENTS, 1e-7, "combined"), Failure, r"no way meets 1e-07: the best, harmonic 0\.0?1, has"),
+        (
+            (COMPONENTS, 1e-7, "combined"),
+            Failure,
+            r"no choice of ICs meets the tolerance 1e-07\. The best, harmonic 0\.0?1, has",
+        ),
         ((("ss",), 0.1, "combined"), WrongInput, "component = ss: the scene has nn"),
         ((("nn",), 0.1, "upper"), WrongInput, "body = upper"),
     ],
@@ -225,11 +229,11 @@ def test_summary_names_the_closest_approximation_and_the_fastest_c(made):
     closest = bounds.max("component").where(dataset.kind == "approximation").idxmin("way").item()
     component = bounds.sel(way=closest).idxmax("component").item()
     error = worst(dataset, [component], "combined").sel(way=closest)
-    off = f"{error_text(error)} % off at worst ({component})"
+    off = f"with a largest error of {error_text(error)} % ({component})"
     assert f"the closest approximation is {error.label.item()}, {off}, in " in text
     seconds = dataset.seconds.sel(body="combined").where(dataset.kind == "harmonic")
     assert f"the fastest C is {dataset.label.sel(way=seconds.idxmin('way')).item()}, " in text
-    assert f"in {time_text(seconds.min().item())}. Errors are against C, " in text
+    assert f"in {time_text(seconds.min().item())}. Errors are relative to C, " in text
 
 
 def test_answer_has_the_cheapest_ways_with_their_errors_and_time(made):
@@ -292,7 +296,7 @@ def test_advice_from_the_command_line(made, tmp_path, capsys):
     place = ["--out", str(tmp_path / "out")]
     arguments = ["advise", str(path), "--tolerance", "0.04", "--components", "nn", "--body", "lower", *place]
     assert exit_code(arguments) == DONE
-    assert "Use B̂: lower ICs to" in capsys.readouterr().out
+    assert "Use B̂: the lower ICs have errors up to" in capsys.readouterr().out
     assert exit_code(["advise", str(path), "--tolerance", "2", *place]) == WRONG_INPUT
     assert exit_code(["advise", str(path), "--components", "nq", *place]) == WRONG_INPUT
     assert exit_code(["frontier", str(path), "--budget", "-1", *place]) == WRONG_INPUT

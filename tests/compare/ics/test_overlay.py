@@ -260,22 +260,22 @@ def test_folder_with_changed_files_is_refused(copied, capsys):
     errors = read(copied, "steep/errors.nc")
     (errors * 2).to_netcdf(path, engine="h5netcdf")
     assert compare(copied, str(copied / "results/steep"), str(copied / "results/gentle")) == WRONG_INPUT
-    assert "errors.nc: not as `femic run` has written it" in " ".join(capsys.readouterr().err.split())
+    assert "errors.nc: changed since `femic run` wrote it" in " ".join(capsys.readouterr().err.split())
 
 
 ALL = 'bodies = ["upper"]\ncomponents = ["xx"]\nvariants = ["A"]'
 BAD = {
-    "none": ([], r"scenes = none: 0 of them; give 2 to 5"),
-    "one": (["gentle.toml"], r"scenes = \S*gentle\.toml: 1 of them; give 2 to 5"),
+    "none": ([], r"scenes = none: 0 given; give 2 to 5"),
+    "one": (["gentle.toml"], r"scenes = \S*gentle\.toml: 1 given; give 2 to 5"),
     "twice": (["gentle.toml", "gentle.toml"], r"'gentle' twice; give different scenes"),
     "of the same name": (["gentle.toml", "results/gentle"], r"'gentle' twice; .* rename one"),
     "nothing in common": (
         ["gentle.toml", "other.toml"],
-        r"bodies = \[lower\] of gentle against \[upper\] of other: none in common; add(.|\n)*"
+        r"bodies = \[lower\] of gentle against \[upper\] of other: nothing in common; add(.|\n)*"
         r"components = \[nn, sn, xn\] of gentle against \[xx\] of other(.|\n)*"
         r"lines = \[s = 1\.6 mm, x = 1\.6 mm\] of gentle against \[s = 0 mm\] of other",
     ),
-    "no such scene": (["gentle.toml", "nowhere.toml"], r"no such file"),
+    "no such scene": (["gentle.toml", "nowhere.toml"], r"neither a file nor a built-in scene"),
     "no results": (
         ["gentle.toml", "empty"],
         r"empty: no ics\.nc and errors\.nc of femic in this folder (.|\n)*give one that",
@@ -301,8 +301,8 @@ def test_unsuitable_scenes_are_refused_before_computation(case, copied, computed
 @pytest.mark.parametrize(
     ("out", "expected"),
     [
-        ("steep.toml", "is a file; name a folder"),
-        ("results/steep", "has the results of a scene; name another"),
+        ("steep.toml", "this is a file; name a folder"),
+        ("results/steep", "this folder holds the results of a scene; name another"),
     ],
 )
 def test_overlay_does_not_overwrite_results(out, expected, copied, computed, capsys):

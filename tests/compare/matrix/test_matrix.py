@@ -129,8 +129,8 @@ def test_answer_and_summary_have_the_numbers_of_each_matrix(matrix):
     eigenvalues = by_body(matrix, "smallest_eigenvalue")
     body, worst = max(estimates.items(), key=lambda item: item[1]["total"])
     text = page.summary(matrix, "matrix.nc (0.1 MB)")
-    assert text.startswith("matrix.nc (0.1 MB): C between 4 strips at 5 lags, known to ")
-    assert f"known to {100 * worst['total']:.2f} % (worst: {worst['component']}, {body}); " in text
+    assert text.startswith("matrix.nc (0.1 MB) holds C for 4 strips and 5 lags. The largest estimated error ")
+    assert f"error is {100 * worst['total']:.2f} % ({worst['component']}, {body}). " in text
     checks = [ColumnCheck("lower", strip, 0.002, "xn", 0.005, 0.3 + strip / 10, 9.0) for strip in (0, 1)]
     answer = page.answer_table(matrix, checks)
     assert [row.name for row in answer.rows] == ["combined", "lower", "upper"]
@@ -194,7 +194,7 @@ def test_second_run_meshes_and_factors_nothing(made, capsys):
     with opened(out / "matrix.nc", out / "again.nc") as (first, second):
         xr.testing.assert_equal(first, second)
     assert exit_code(["matrix", str(path), "--out", str(out)]) == DONE
-    assert "as it is there already" in capsys.readouterr().out
+    assert "already in the folder" in capsys.readouterr().out
 
 
 def test_maps_of_another_strip_need_no_new_models(made, monkeypatch):
@@ -414,7 +414,8 @@ def test_raw_c_differs_from_c_by_one_rigid_motion_of_each_body(made, capsys, dis
     assert exit_code([*command, discount]) == exit_code([*command, "none"]) == DONE
     output = " ".join(capsys.readouterr().out.split())
     assert (
-        "contact_C_raw.txt: 4 matrices, one a loaded strip, 5 lags; raw: with the rigid compliance" in output
+        "contact_C_raw.txt: 4 matrices, one per loaded strip, 5 lags; raw: with the rigid compliance"
+        in output
     )
     ruled, raw = (read(out / f"contact_C{name}.txt") for name in (SUFFIXES[discount], "_raw"))
     assert raw.values.shape == ruled.values.shape == (4, 7, 5, 3, 3)

@@ -206,11 +206,11 @@ ANGLES = [46.2, 80.0, 97.4]
     ("beyond", "text"),
     [
         ([False, False, False], ""),
-        ([True, True, True], "already at 46 degrees, the least that was solved"),
-        ([False, True, True], "from between 46 and 80 degrees on"),
-        ([False, False, True], "from between 80 and 97 degrees on"),
-        ([False, True, False], "from between 46 and 80 degrees on (not at 97)"),
-        ([True, False, False], "already at 46 degrees, the least that was solved (not at 80 and 97)"),
+        ([True, True, True], "already at 46 degrees, the smallest angle solved"),
+        ([False, True, True], "above a limit between 46 and 80 degrees"),
+        ([False, False, True], "above a limit between 80 and 97 degrees"),
+        ([False, True, False], "above a limit between 46 and 80 degrees (not at 97)"),
+        ([True, False, False], "already at 46 degrees, the smallest angle solved (not at 80 and 97)"),
     ],
 )
 @pytest.mark.parametrize("order", [[0, 1, 2], [2, 0, 1]])

@@ -168,7 +168,7 @@ def test_a_run_writes_the_fields_of_the_finest_model_on_request(write_scene, cap
 
 def test_fields_are_a_key_of_scenes_that_is_off_by_default(write_scene):
     assert not load_scene("geometry1").fields
-    assert "# fields = false  # write the displacement" in listing("geometry1")
+    assert "# fields = false  # write displacement" in listing("geometry1")
     path = write_scene(f"fields = true\n{ONE}")
     assert load_scene(str(path)).fields
     assert "\nfields = true  #" in listing(str(path))

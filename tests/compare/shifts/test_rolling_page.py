@@ -42,7 +42,8 @@ def test_the_charts_have_forces_in_kilonewtons(dataset):
 
 def test_the_page_says_how_it_rolls_and_what_does_not(dataset, tmp_path):
     text = page.write_shifts(dataset, tmp_path).read_text()
-    assert "coefficient of friction 0.4 times a factor by the contact angle, 1 at 20 degrees, 0.3 at" in text
+    assert "coefficient of friction 0.4 times a factor that depends on the contact angle: " in text
+    assert "1 at 20 degrees, 0.3 at" in text
     assert "1, left, rolling" in text
     assert "A: not today" in text
     assert "36 kN" in text

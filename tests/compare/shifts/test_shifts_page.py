@@ -55,10 +55,10 @@ def test_the_best_ics_are_c_where_it_is_known(dataset):
 def test_the_summary_has_the_numbers_of_the_dataset(dataset):
     """All are 1000 MPa with the best ICs; the first of them counts."""
     text = page.summary(dataset)
-    assert text.startswith("The largest pressure is 1000 MPa with B̂, at -2 mm, left wheel, ")
+    assert text.startswith("The largest pressure is 1000 MPa with B̂, at a shift of -2 mm on the left wheel.")
     assert "18 degrees" in text
-    assert f"at 0.5 mm is {dataset.attrs['conicity']:.3f}." in text
-    assert "at 0.5 mm is –." in page.summary(dataset.assign_attrs(conicity=np.nan))
+    assert f"at an amplitude of 0.5 mm is {dataset.attrs['conicity']:.3f}." in text
+    assert "at an amplitude of 0.5 mm is –." in page.summary(dataset.assign_attrs(conicity=np.nan))
 
 
 def test_planar_contact_is_compared_and_never_a_reference(dataset):
@@ -166,4 +166,4 @@ def test_finite_strain_is_said_of_the_largest_pressure(dataset):
     """1.3 p_max / E of p_max, E the least of all bodies."""
     soft = dataset.assign_attrs(E=100e3)
     strain = 1.3 * float(dataset.p_max.max()) ** 2 / 100e3
-    assert f"may change p_max by {strain:.0f} MPa where it is largest" in page._load_note(soft)
+    assert f"may change the largest p_max by {strain:.0f} MPa" in page._load_note(soft)

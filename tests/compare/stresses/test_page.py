@@ -14,7 +14,7 @@ def test_page_has_sentences_tables_and_figures(tmp_path, monkeypatch):
         "half-space, tractions of A",
         "T-gamma",
         "FI_surf",
-        "worn by a passage: Archard",
+        "wear depth per passage: Archard",
         "depth [mm]",
     ):
         assert text in page
