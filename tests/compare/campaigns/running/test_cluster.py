@@ -195,7 +195,7 @@ def test_lost_workers_and_a_lost_scheduler_are_reported_and_finished_scenes_are_
 
         with (
             existing_cluster(own.scheduler_address, timeout=1.0) as client,
-            pytest.raises(Failure, match="lost contact with the scheduler\. Finished scenes are stored"),
+            pytest.raises(Failure, match=r"lost contact with the scheduler\. Finished scenes are stored"),
         ):
             campaigns.swept(campaigns.campaign_in(tmp_path, campaigns.LIGHT), tmp_path, client, Options(go))
     assert int(np.sum(open_sweep(tmp_path).seconds.notnull())) >= 3

