@@ -258,7 +258,7 @@ def test_other_files_and_maps_for_friction_are_refused(make, tmp_path):
     xr.Dataset(attrs={"points": "grid"}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
     with pytest.raises(BadScene, match="not a map"):
         open_map(f"map:{tmp_path / 'other.nc'}", None)
-    with pytest.raises(BadScene, match="maps of C have nn only"):
+    with pytest.raises(BadScene, match="maps of C hold nn only"):
         require_solvable(scene_at(tmp_path, 1.1, 3e5, contact={"ics": [make()], "motion": "compression"}))
     few = CAMPAIGN.replace("1.05, 1.1, 1.2, 1.3", "1.05, 1.1")
     with pytest.raises(BadScene, match=r"axis ratio, 2 values: a map needs 3 or more"):
