@@ -60,11 +60,11 @@ REFUSED = [
     ("flank,ratio\n", "no rows below the header"),
     ("", "columns are none"),
     *(
-        (f"flank,ratio\n{number},1\n", f"line 2: {number}: is no finite plain decimal number")
+        (f"flank,ratio\n{number},1\n", f"line 2: {number}: is not a finite decimal number")
         for number in ("0x10", "0o7", "1_2", "nan", "-Infinity", "\u0663")  # the last: 3 of another script
     ),
-    ('flank,ratio\n1,"[1, [0x10]]"\n', "0x10: is no finite plain"),
-    ('flank,ratio\n1,"[{ a = 1_2 }]"\n', "1_2: is no finite plain"),
+    ('flank,ratio\n1,"[1, [0x10]]"\n', "0x10: is not a finite"),
+    ('flank,ratio\n1,"[{ a = 1_2 }]"\n', "1_2: is not a finite"),
     ("flank,ratio\n1,1e999\n", "1e999: is too large for a number"),
     (f"flank,ratio\n1,{'9' * 5000}\n", "9999: is too large for a number"),
     ('flank,ratio\n30,"1,05"\n', "line 2: 1,05: decimal commas are read where"),

@@ -202,7 +202,7 @@ def test_extrapolation_is_refused_and_missing_nodes_are_named(make, tmp_path):
     name = make(left_out=(0,))
     with pytest.raises(WrongInput, match=r"ratio = 1\.4: outside the map, 1\.05 \.\.\. 1\.3"):
         read(name, scene_at(tmp_path, 1.4, 3e5))
-    with pytest.raises(Failure, match=r"nothing at ratio = 1\.05, E = 100000: did not converge"):
+    with pytest.raises(Failure, match=r"no result at ratio = 1\.05, E = 100000: did not converge"):
         read(name, scene_at(tmp_path, 1.07, 1.5e5))
 
 
@@ -234,7 +234,7 @@ def test_half_written_scene_is_not_read(copied):
     path, scene = copied
     with h5py.File(path, "a") as file:
         file["digest"][1, 2] = 0
-    with pytest.raises(Failure, match=r"nothing at ratio = 1.1, E = 400000: not computed yet"):
+    with pytest.raises(Failure, match=r"no result at ratio = 1.1, E = 400000: not computed yet"):
         read(f"map:{path}", scene)
 
 
@@ -256,9 +256,9 @@ def test_other_files_and_maps_for_friction_are_refused(make, tmp_path):
         with pytest.raises(BadScene, match=message):
             open_map(name, None)
     xr.Dataset(attrs={"points": "grid"}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
-    with pytest.raises(BadScene, match="no map"):
+    with pytest.raises(BadScene, match="not a map"):
         open_map(f"map:{tmp_path / 'other.nc'}", None)
-    with pytest.raises(BadScene, match="maps of C have nn only"):
+    with pytest.raises(BadScene, match="maps of C hold nn only"):
         require_solvable(scene_at(tmp_path, 1.1, 3e5, contact={"ics": [make()], "motion": "compression"}))
     few = CAMPAIGN.replace("1.05, 1.1, 1.2, 1.3", "1.05, 1.1")
     with pytest.raises(BadScene, match=r"axis ratio, 2 values: a map needs 3 or more"):

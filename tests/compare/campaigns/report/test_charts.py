@@ -84,7 +84,7 @@ def test_failed_scenes_are_marked_and_unknown(grid):
 def test_a_slider_moves_along_the_third_axis_and_begins_with_the_worst(grid, third):
     page = charts(on_three_axes(grid, third))
     closest, other = (page[f"errors_by_third_{k}"] for k in (0, 1))
-    assert closest["labels"][0] == "the worst"
+    assert closest["labels"][0] == "the largest error"
     assert closest["start"] == 0
     factors = 1 + np.arange(len(third))
     for chart, variant in ((closest, "Bhat"), (other, "A")):

@@ -40,11 +40,11 @@ def test_repeated_crossings_and_gaps_are_reported_and_small_values_rounded_to_th
     assert tables.crossing_cell(sizes, [axis], 1.0) == Cell(tables.NOWHERE)
     assert tables.crossing_cell(sizes * np.nan, [axis], 1.0) == Cell("–")
     fine = ShownAxis("spin", "spin", np.array([0.0, 0.002]))
-    assert tables.crossing_texts(fine, np.array([0.0, 0.002]) - 6.0345e-5, 0.0) == ["from 0.00006 on"]
+    assert tables.crossing_texts(fine, np.array([0.0, 0.002]) - 6.0345e-5, 0.0) == ["above 0.00006"]
 
 
 def shown(place):
-    return f"from {float(f'{place:.3g}'):g} on" if place < 60 else tables.NOWHERE
+    return f"above {float(f'{place:.3g}'):g}" if place < 60 else tables.NOWHERE
 
 
 def test_crossings_of_largest_and_least_extent_are_exact(grid):

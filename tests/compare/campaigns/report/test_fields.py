@@ -56,8 +56,8 @@ def test_shares_of_contacts_with_friction_are_compared_as_differences(curve, tmp
         ("-30", "everywhere"),
     ]
     text = write_sweep(kept, tmp_path).read_text(encoding="utf-8")
-    assert "the estimate of B̂" in text
-    assert "the estimate of C" not in text
+    assert "the estimated error of B̂" in text
+    assert "the estimated error of C" not in text
 
 
 def test_ics_that_differ_between_scenes_are_named_after_their_places(curve):
@@ -91,9 +91,9 @@ def test_half_spaces_are_compared_with_true_bodies(curve, tmp_path):
     assert (true.kind, true.columns) == ("value", [f"{column} [MPa]" for column in columns])
     np.testing.assert_allclose(true.values.sel({COLUMN: true.columns[1]}), 400.0)
     (row,) = answer_table(off, kept).rows
-    assert [cell.below for cell in row.cells] == ["from 10 on", "nowhere"]
+    assert [cell.below for cell in row.cells] == ["above 10", "nowhere"]
     text = write_sweep(kept, tmp_path).read_text(encoding="utf-8")
-    assert "the estimate of true bodies" in text
+    assert "the estimated error of actual bodies" in text
 
 
 def test_wear_is_compared_between_ics(curve):

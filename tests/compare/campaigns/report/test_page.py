@@ -32,7 +32,7 @@ def test_answer_has_the_largest_errors_with_estimates_and_where_they_are_too_lar
     for symbol, variant in (("A", "A"), ("B̂", "Bhat")):
         largest, known = 100 * datasets.error(variant, 60), 100 * datasets.ESTIMATE
         assert percent[symbol] == [f"{largest / 10:.3f} ± {known / 10:.3f}", f"{largest:.2f} ± {known:.2f}"]
-    assert table.rows[0].cells[1].below == f"from {datasets.crossing('A', 0.05):.1f} on"
+    assert table.rows[0].cells[1].below == f"above {datasets.crossing('A', 0.05):.1f}"
     assert table.rows[1].cells[1].below == "nowhere"
     assert "where along flank [u], interpolated linearly" in tables.answer_note(field, grid)
 

@@ -40,7 +40,9 @@ def test_impossible_combinations_are_reported_and_not_refused(tmp_path):
 
 
 def test_unknown_kind_of_results_is_refused(tmp_path):
-    with pytest.raises(BadScene, match=r"mine: keep = 'everything': must be one of errors, ics, contact"):
+    with pytest.raises(
+        BadScene, match=r"mine: unknown keep = 'everything': must be one of errors, ics, contact"
+    ):
         require_computable(campaign_in(tmp_path, 'keep = ["everything"]\n' + LIGHT))
 
 

@@ -36,7 +36,9 @@ def test_full_disk_ends_the_campaign_and_keeps_finished_scenes(
         write(fs, path, data)
 
     monkeypatch.setattr(system, "pipe_file", full)
-    with pytest.raises(Unusable, match=r"accepts no more data \(.*No space left on device\): make room"):
+    with pytest.raises(
+        Unusable, match=r"accepts no more data \(.*No space left on device\)\. Free some space"
+    ):
         sweep()
     if not room:
         assert not light_scenes
@@ -70,12 +72,12 @@ def test_worker_that_dies_repeatedly_fails_its_scene():
             raise KilledWorker("task", None, 3)
 
     failure = task_report(Ended()).failure
-    assert failure.startswith("its worker died 4 times, most likely for memory: give fewer workers")
+    assert failure.startswith("its worker died 4 times, most likely because memory ran out. Use fewer w")
 
 
 @pytest.mark.usefixtures("light_scenes")
 def test_second_run_in_the_same_folder_is_refused(sweep, tmp_path):
-    with locked(tmp_path), pytest.raises(Failure, match="another femic writes there"):
+    with locked(tmp_path), pytest.raises(Failure, match="another femic run writes there"):
         sweep()
     done, _ = sweep()
     assert done.finished == 27
@@ -92,7 +94,7 @@ def test_results_of_a_scene_whose_file_changes_meanwhile_are_not_stored(sweep, t
 
     register(monkeypatch, errors=changing)
     _, dataset = sweep(LIGHT + '[set.contact]\nextra_gap = "gap.txt"\n')
-    message = "a file that the scene names was changed meanwhile: run again"
+    message = "a file named in the scene changed during the run; run the command again"
     assert set(dataset.failure.sel(E=5).values) == {message}
     assert not dataset.digest.values[dataset.failure.values == message].any()
     assert len(outcomes.keys_in(Store(tmp_path / "store"))) - 1 == int((dataset.failure == "").sum())

@@ -107,7 +107,7 @@ def test_scene_with_results_of_another_shape_has_failed(tmp_path):
     for number, n in enumerate((2, 3)):
         dataset.add(number, SceneOutcome(xr.Dataset({"y": ("k", np.ones(n))}, coords={"k": np.arange(n)})))
     assert dataset.failures == {
-        1: "its results have other shapes than in earlier scenes: y has {'k': 3}, not {'k': 2}"
+        1: "its results have a different shape from those of earlier scenes: y has {'k': 3}, not {'k': 2}"
     }
 
 
