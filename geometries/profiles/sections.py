@@ -226,7 +226,7 @@ def _read_list(path: Path) -> _Listed:
     for before, after in pairwise(named):
         if not after.position > before.position:
             raise source.wrong(
-                after.line, f"position {after.position:g} after {before.position:g}: positions must grow"
+                after.line, f"position {after.position:g} after {before.position:g}: positions must increase"
             )
     kinks, accelerations = (  # at inner features only
         tuple(lines.counts(what, n, (1, max(features - 2, 1)))) if n and features >= 2 else ()

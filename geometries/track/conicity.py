@@ -61,7 +61,7 @@ class Differences:
         if len(shapes[0]) != 1 or shapes[0] != shapes[1] or shapes[0][0] < 2:
             raise WrongInput(f"shifts, differences of shapes {shapes}: must be equal, (n,), n at least 2")
         if not (np.all(np.isfinite(self.values)) and np.all(np.diff(self.shifts) > 0)):
-            raise WrongInput("shifts must grow, and differences be finite numbers")
+            raise WrongInput("shifts must increase, and differences be finite numbers")
         values = np.where(np.abs(self.values) <= NO_DIFFERENCE, 0.0, self.values)
         object.__setattr__(self, "values", values)
 

@@ -54,7 +54,7 @@ COMPUTE = {  # what computes, by the module that calls it
 
 LARGEST = 1e300  # of numbers that a float can have
 WORDS_FOR = {"name_or_path": "scene"}  # in messages
-TOGETHER = ("give either", "must grow", "must increase")  # of what keys mean together
+TOGETHER = ("give either", "must increase")  # of what keys mean together
 OF_ARRAYS = ("of shape", "of shapes", "rows have unequal lengths", "one point")
 OF_LABELLED = ("dataset", "dimension", "labels along", "without", "no variable", "no coordinate")
 

@@ -69,7 +69,7 @@ def test_a_list_gives_positions_profiles_and_features_or_none(folder):
         ("  4 1 2", "  4 1", 4, "3 numbers"),
         ("  4 1 2", "  4 1 1", 10, "1 numbers"),
         ("  2                % app", "  3                % app", 5, "from 1 to 2"),
-        ("   0.5  'sub", "  -1.5  'sub", 7, "must grow"),
+        ("   0.5  'sub", "  -1.5  'sub", 7, "must increase"),
         ("'sub\\b.prr'", "'c.prr'", 7, "No such file"),
         ("'sub\\b.prr'", "'list.slcs'", 7, "read_sections"),
         ("   0.5  'sub\\b.prr'", "   'sub\\b.prr'", 7, "expected"),
