@@ -85,13 +85,15 @@ Block = str | Table | Chart | Picture | Note | Items | Verbatim | Folded | Secti
 class Page:
     """A page: its title, the answer in at most three sentences and a table, and what is behind it.
 
-    Sections may be made one by one; folded ones are shown on request.
+    `doubts` say what may be wrong or unusual; they stand right below the answer. Sections may be made one by
+    one; folded ones are shown on request.
     """
 
     title: str
     summary: str
     sections: Iterable[Section | Folded]
     answer: Table | None = None
+    doubts: Sequence[str] = ()
 
 
 def write_results(page: Page, folder: Path, name: str, dataset: xr.Dataset | None = None) -> Path:

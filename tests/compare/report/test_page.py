@@ -120,6 +120,16 @@ def test_blocks_appear_in_their_order(tmp_path):
     assert "<p></p>" not in html
 
 
+def test_doubts_stand_between_the_answer_and_the_sections_and_nothing_where_there_are_none(tmp_path):
+    answer, sections = Table("the answer", [""], [Row("a", ["b"])]), [Section("a heading", ["text"])]
+    pages = [Page("t", "s", sections, answer, doubts) for doubts in (["C_nn is < 0", ""], [""])]
+    doubtful, certain = (write_page(page, tmp_path / "page.html").read_text("utf-8") for page in pages)
+    places = [doubtful.index(text) for text in ("the answer", "C<sub>nn</sub> is &lt; 0", "a heading")]
+    assert places == sorted(places)
+    assert doubtful.count("<li>") == 1
+    assert 'class="doubts"' not in certain
+
+
 def test_figures_are_embedded_and_written_beside_the_page(tmp_path):
     sections = [Section(name, [Picture(name, Figure())]) for name in ("first", "second")]
     path = write_results(Page("t", "s", sections), tmp_path / "new", "mine", xr.Dataset({"a": 1}))
