@@ -18,7 +18,7 @@ from femic.cache.store import Store
 from femic.contact.motions.none import solve_frictionless
 from femic.contact.pairs.quantities import numbers
 from femic.reference.run_options import RunOptions, Watch, cores
-from femic.results.stresses import HALF_SPACE, HALF_SPACE_OF_A, TRUE, compute_stresses
+from femic.results.stresses import ACTUAL, HALF_SPACE, HALF_SPACE_OF_A, compute_stresses
 from femic.scenes.load import load_scene
 from femic.scenes.scene import Scene
 
@@ -71,7 +71,7 @@ def _angle(scene: Scene, options: RunOptions) -> float:
 
 def _of_body(dataset: xr.Dataset) -> dict[str, Any]:
     """Return the largest von Mises stress of a body, where it is, and how far half-spaces are off."""
-    true = dataset.sel(source=TRUE)
+    true = dataset.sel(source=ACTUAL)
     return {
         "von_mises": float(true.von_mises),
         "estimate": float(true.estimate_von_mises),

@@ -30,7 +30,7 @@ from femic.results.damage import OF_DAMAGE
 from femic.results.friction import compute_with_friction
 from femic.results.ics import Results, compute, ics_measure, jobs, reference_ics, solver_seconds
 from femic.results.stressed_contact import require_stresses, with_one_contact
-from femic.results.stresses import BODIES, HALF_SPACE, TRUE, compute_stresses
+from femic.results.stresses import ACTUAL, BODIES, HALF_SPACE, compute_stresses
 from femic.scenes.errors import BadScene
 from femic.scenes.scene import Scene
 
@@ -305,7 +305,7 @@ CONTACT = ResultKind(contact, contact_jobs, require_solvable, CONTACT_NAMES, con
 
 
 SHORT = {"von_mises": "mises", "tresca": "tresca", "principal": "principal", "dang_van": "dang_van"}
-WITH_ESTIMATE = ("estimate_", "s_", "depth_")  # before the names of stresses in true bodies
+WITH_ESTIMATE = ("estimate_", "s_", "depth_")  # before the names of stresses in actual bodies
 HALF = "half_space_"  # before the names of stresses in half-spaces
 OF_CONTACTS = ("xi", "p_max")  # numbers that `contact` has of all contacts of the scene, under these names
 DAMAGE = [name for name in OF_DAMAGE if name not in OF_CONTACTS]
@@ -315,7 +315,7 @@ SECONDS_OF_STRESSES = 30.0  # on the lattice in both bodies
 def stresses(scene: Scene, options: RunOptions) -> xr.Dataset:
     """Return the largest stresses [MPa] on the lattice, as `femic stresses` does, and damage by ICs.
 
-    `mises_BODY`, `tresca_BODY`, `principal_BODY`, of contacts that travel `dang_van_BODY`, of the true body;
+    `mises_BODY`, `tresca_BODY`, `principal_BODY`, for contacts that travel `dang_van_BODY`: actual bodies;
     with their places `s_...` and `depth_...`, estimates `estimate_...`, and those of a half-space under the
     same tractions, `half_space_...`. Of rolling `t_gamma`, `work`, `largest_depth_energy`, ... over `ics`.
     """
@@ -323,7 +323,7 @@ def stresses(scene: Scene, options: RunOptions) -> xr.Dataset:
     numbers = {}
     for name, short in ((name, short) for name, short in SHORT.items() if name in computed):
         for body in BODIES:
-            true = computed.sel(body=body, source=TRUE)
+            true = computed.sel(body=body, source=ACTUAL)
             numbers[f"{short}_{body}"] = true[name]
             numbers[f"{HALF}{short}_{body}"] = computed[name].sel(body=body, source=HALF_SPACE)
             for prefix in WITH_ESTIMATE:

@@ -1,6 +1,6 @@
 """`femic stresses` writes the file, figures and the page of stresses, wear and fatigue below a contact.
 
-Charts show maps of sections, curves into depth, the load cycle, and wear.
+The page says whether both bodies yield, whether they ratchet, and how much a passage wears off.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -9,112 +9,216 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from scipy.interpolate import PchipInterpolator
 
 from compare.report.charts import Cell as ChartCell
-from compare.report.charts import Chart, Curve, Map, Panel
+from compare.report.charts import Chart, Contours, Curve, Panel
 from compare.report.looks import OWN, Look, ics_looks, ics_symbol
 from compare.report.parts import Block, Folded, Note, Page, Section, Verbatim, write_results
 from compare.report.tables import Cell, Column, Row, Table, number_text, with_estimate
 from femic.results.damage import OF_DAMAGE
-from femic.results.stresses import HALF_SPACE, HALF_SPACE_OF_A, MEASURES, OF_STRESS, TRUE
+from femic.results.stresses import ACTUAL, HALF_SPACE, HALF_SPACE_OF_A, MEASURES, OF_STRESS
 from femic.stresses.field import von_mises
 from geometries.arrays import Array
 
 # --- the page -------------------------------------------------------------------------------------------
 
 
-SECTION = (
-    "“true” is the actual body and “half-space” a half-space, both under the tractions of the reference; "
-    "“half-space of A” carries the tractions of A. The maps show von Mises stress over arc length s (of "
-    "the lower contour) and depth below each surface, at the x where the stress is largest. Beside the "
-    "actual body: the estimated error of the largest stress component. Beside half-spaces: their "
-    "difference from the actual body."
+YES, NO, UNDECIDED = "yes", "no", "not decided"
+YIELDS = {
+    YES: "The {} body yields: its largest von Mises stress, {} MPa ({}), exceeds the yield stress of {:g} "
+    "MPa.",
+    NO: "The {} body does not yield: its largest von Mises stress, {} MPa ({}), stays below the yield stress "
+    "of {:g} MPa.",
+    UNDECIDED: "It is not decided whether the {} body yields: its largest von Mises stress is {} MPa ({}), "
+    "and the yield stress {:g} MPa.",
+}
+WOULD_YIELD = "The {} body yields if its yield stress is below {} MPa, its largest von Mises stress ({})."
+RATCHETS = {
+    YES: "The material can ratchet: p_max/k, {}, exceeds the shakedown limit, {}.",
+    NO: "The material does not ratchet: p_max/k, {}, stays below the shakedown limit, {}.",
+    UNDECIDED: "It is not decided whether the material ratchets: p_max/k is {}, the shakedown limit {}.",
+}
+WEARS = (
+    "By the energy law, a passage wears up to {} nm off the lower body and a revolution as much off the "
+    "upper body, at s = {} mm."
 )
+NO_WEAR = "Nothing slides, so nothing is worn off."
+LOADED = "± is the estimated error. Load {}, friction coefficient {:g}, tractions of {}: p_max {:.0f} MPa."
+SECTION = (
+    "Von Mises stress on the section of both bodies, seen along the track; s is the arc length of the lower "
+    "contour. × marks the largest stress of each actual body, which is cut at this x. The stresses of "
+    "half-spaces are drawn at the same distance along and below the surface."
+)
+BANDS = "Bands: estimated error of the largest stress component in the actual body."
 WEAR = (
-    "The depths are the material lost by the rail per passage and by the wheel per revolution. Energy: "
-    "law of Krause and Poll. Twin disc: BRR function of T-gamma/area. Archard: wear map of KTH. The "
-    "coefficients come from laboratory tests of dry steel, so ratios between ICs are more reliable than "
-    "depths."
+    "Depth that a passage wears off the lower body, and a revolution off the upper body. Energy: law of "
+    "Krause and Poll. Twin disc: BRR function of T-gamma/area. Archard: wear map of KTH. Bars: estimated "
+    "error of the largest depth."
 )
 WORN = (
-    "The rail wears in {:g} passages and the wheel in {:g} revolutions, by the energy law, in up to {} "
-    "steps. After each step the contact is solved again with the material that both bodies have lost. ± "
-    "is the estimated error from the size of the steps only. The ICs are those of the new surfaces: once "
-    "wear turns a surface by more than 1°, components that vanish on new surfaces may be wrong by that "
-    "angle times C_nn."
+    "The lower body wears in {:g} passages and the upper body in {:g} revolutions, by the energy law, in {} "
+    "steps. After each step the contact is solved again with the material that both bodies have lost. ± is "
+    "the estimated error from the size of the steps only."
 )
 SHAKEDOWN = (
-    "The limit of p_max/k assumes residual stresses without shear along x. It is exact for line contact "
-    "and a lower bound for a patch that runs on one track."
+    "The limit of p_max/k, with the yield stress in shear k, assumes residual stresses without shear along "
+    "x. It is exact for line contact and a lower bound for a patch that runs on one track."
 )
-MILD = "Without damage.speed (--speed), the energy law assumes mild wear everywhere."
 FATIGUE = (
     "Equivalent stress of Dang Van (c = {:.3g} in tension, {:.3g} in compression) for the load cycle of "
     "one passage, starting without stress. Expect fatigue where it exceeds the fatigue limit in shear."
 )
+CYCLE = (
+    "Stress components along x, s and n of the surface above, at the point of the largest von Mises stress: "
+    "the load cycle of a material point as the contact passes."
+)
 SURFACE = 1e-9  # mm: depths below are the surface
+STEEPEST = 1.0  # degrees by which wear may turn a surface before its ICs are doubtful
 PASSES = {"lower": "passages", "upper": "revolutions"}  # attributes: what wears a body
 
 
 def write_stresses(dataset: xr.Dataset, out: Path) -> Path:
     """Write `stresses.nc`, figures and `stresses.html`; return the path of the page."""
-    title = str(dataset.attrs["title"])
-    page = Page(title, summary(dataset), _sections(dataset), stress_table(dataset))
+    page = Page(
+        str(dataset.attrs["title"]),
+        summary(dataset),
+        _sections(dataset),
+        answer_table(dataset),
+        doubts=doubts(dataset),
+    )
     return write_results(page, out, "stresses", dataset)
 
 
+def exceeds(value: float | xr.DataArray, estimate: float | xr.DataArray, limit: float) -> str:
+    """Return whether a value exceeds a limit: not decided within its estimate, where that is known."""
+    value, estimate = float(value), np.nan_to_num(float(estimate))
+    if abs(value - limit) <= estimate:
+        return UNDECIDED
+    return YES if value > limit else NO
+
+
 def summary(dataset: xr.Dataset) -> str:
-    """Return the largest von Mises stress of each body and its place."""
-    found = []
+    """Return whether the bodies yield and ratchet, and what a passage wears off, in a sentence each."""
+    attributes, sentences = dataset.attrs, []
     for body in bodies(dataset):
-        true = dataset.sel(body=body, source=TRUE)
-        number = with_estimate(true.von_mises, true.estimate_von_mises)
-        found.append(f"{body} body {number} MPa {place_text(true, 'von_mises')}")
-    load, friction, p_max = (dataset.attrs[key] for key in ("load", "friction", "p_max_of_reference"))
-    return (
-        f"Largest von Mises stress at {load} and friction {friction:g}, under the tractions of "
-        f"{reference_symbol(dataset)} with p_max {p_max:.0f} MPa: {'; '.join(found)}."
-    )
+        actual = dataset.sel(body=body, source=ACTUAL)
+        estimate = actual.estimate_von_mises
+        number, place = with_estimate(actual.von_mises, estimate), place_text(actual, "von_mises")
+        if "yield_stress" in attributes:
+            limit = float(attributes["yield_stress"])
+            sentence = YIELDS[exceeds(actual.von_mises, estimate, limit)]
+            sentences.append(sentence.format(body, number, place, limit))
+        else:
+            sentences.append(WOULD_YIELD.format(body, number, place))
+    if "ics" in dataset.dims:
+        damage = dataset.sel(ics=attributes["reference"])
+        if "load_factor" in dataset:
+            both = (
+                with_estimate(damage[name], damage[f"estimate_{name}"])
+                for name in ("pressure_ratio", "shakedown_limit")
+            )
+            sentences.append(RATCHETS[ratchets(damage)].format(*both))
+        depth = damage.depth.sel(law="energy")
+        number = with_estimate(damage.largest_depth_energy, damage.estimate_largest_depth_energy)
+        deepest = float(depth.s[int(depth.argmax("s"))])
+        sentences.append(
+            WEARS.format(number, number_text(deepest, ".2g")) if float(depth.max()) > 0 else NO_WEAR
+        )
+    p_max = float(attributes["p_max_of_reference"])
+    symbol = reference_symbol(dataset)
+    sentences.append(LOADED.format(attributes["load"], float(attributes["friction"]), symbol, p_max))
+    return "\n".join(sentences)
+
+
+def ratchets(damage: xr.Dataset) -> str:
+    """Return whether p_max/k of a contact exceeds the shakedown limit: a load factor below 1."""
+    return exceeds(-damage.load_factor, damage.estimate_load_factor, -1.0)
+
+
+def doubts(dataset: xr.Dataset) -> list[str]:
+    """Return what may be wrong with the numbers of the page, a sentence or two each."""
+    attributes, found = dataset.attrs, []
+    if attributes["reference"] != "C":
+        found.append(
+            f"The stresses and the verdicts use the tractions of {reference_symbol(dataset)}, an "
+            "approximation. Add C to the ICs for those of the reference."
+        )
+    for body in bodies(dataset):
+        actual = dataset.sel(body=body, source=ACTUAL)
+        largest = f"The largest von Mises stress of the {body} body"
+        if bool(actual.deepest_von_mises):
+            found.append(f"{largest} lies at the deepest computed point. Larger ones may lie deeper.")
+        ends = {name: dataset[f"{name}_{body}"].values[[0, -1]] for name in ("x", "s")}
+        if any(np.any(np.abs(float(actual[f"{name}_von_mises"]) - end) < SAME) for name, end in ends.items()):
+            found.append(f"{largest} lies at an outermost computed point. Larger ones may lie beside it.")
+        if np.isnan(float(actual.estimate_von_mises)):
+            found.append(f"{largest} has no estimated error. The verdict on its yield takes it as exact.")
+    limit = float(attributes.get("yield_stress", np.inf))
+    if float(dataset.von_mises.sel(source=ACTUAL).max()) > limit:
+        found.append(
+            "The stresses are elastic. Where a body yields, the real ones are lower, and the contact patch "
+            "is larger."
+        )
+    if "ics" in dataset.dims:
+        if "speed" not in attributes:
+            found.append("Without damage.speed (--speed), the energy law assumes mild wear everywhere.")
+        found.append(
+            "Wear laws come from laboratory tests of dry steel. Depths may be wrong by a factor of up to "
+            "ten; ratios between ICs are more reliable."
+        )
+        unknown = [
+            number.symbol
+            for name, number in OF_DAMAGE.items()
+            if name in dataset and bool(dataset[f"estimate_{name}"].isnull().any())
+        ]
+        if unknown:
+            found.append(f"Estimated errors are not known for: {', '.join(unknown)}.")
+    if "worn" in dataset and float(dataset.turned.max()) > STEEPEST:
+        found.append(
+            f"Wear turns a surface by up to {float(dataset.turned.max()):.2g}°, and the ICs are those of the "
+            "new surfaces. Components that vanish on new surfaces may be wrong by that angle times C_nn."
+        )
+    return found
 
 
 def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
     attributes, symbol = dataset.attrs, reference_symbol(dataset)
-    yield Section("", [section_maps(dataset), Note(SECTION)])
-    bands = Note("Bands: estimated error of the largest stress component in the actual body.")
-    yield Section("Into depth", [depth_curves(dataset), bands])
-    yield Section("Stress along the rolling direction", [plane_maps(dataset)])
-    cycle = Note(
-        "Stress components along x, s and n of the surface above, at the point of the largest "
-        "von Mises stress."
-    )
-    yield Section("The load cycle", [load_cycle(dataset), cycle])
+    yield Section("Where the stresses are", [section_chart(dataset), Note(SECTION)])
+    yield Section("How deep they go", [depth_curves(dataset), Note(BANDS)])
+    if "ics" in dataset.dims:
+        yield Section("What a passage wears off", [wear_chart(dataset), Note(WEAR)])
+    if "worn" in dataset:
+        counts = attributes["passages"], attributes["revolutions"], int(dataset.wear_steps.max())
+        blocks: list[Block] = [worn_table(dataset), worn_chart(dataset), Note(WORN.format(*counts))]
+        yield Folded("Wear and contact after all passages", blocks)
+    yield Folded("Largest stresses in the actual bodies and in half-spaces", [stress_table(dataset)])
+    if all(bool(np.isfinite(dataset[f"estimate_{body}"]).all()) for body in bodies(dataset)):
+        yield Folded("Estimated errors of the stresses", [estimate_chart(dataset)])
+    if "ics" in dataset.dims:
+        yield Folded("Wear, shakedown and surface fatigue with each of the ICs", _by_ics(dataset))
     if "dang_van" in dataset:
         c = float(attributes["dang_van_hydrostatic"])
         note = Note(FATIGUE.format(c, c * float(attributes["dang_van_compression"])))
-        yield Section("Fatigue below the surface", [fatigue_maps(dataset), note])
-    if "ics" in dataset.dims:
-        notes = [
-            f"The small number below is the difference from the number with {symbol}.",
-            "" if "speed" in attributes else MILD,
-            SHAKEDOWN
-            if "yield_stress" in attributes
-            else "Give damage.yield_stress (--yield-stress) to obtain shakedown and the surface fatigue "
-            "index.",
-        ]
-        blocks: list[Block] = [damage_table(dataset), Note(" ".join(filter(None, notes)))]
-        yield Section("Wear and surface fatigue by ICs", [*blocks, wear_chart(dataset), Note(WEAR)])
-    if "worn" in dataset:
-        steps = int(dataset.wear_steps.max())
-        note = Note(WORN.format(attributes["passages"], attributes["revolutions"], steps))
-        yield Section("After all passages", [worn_table(dataset), worn_chart(dataset), note])
+        yield Folded("Fatigue below the surface (Dang Van)", [fatigue_chart(dataset), note])
+    yield Folded("Stress along the rolling direction", [plane_chart(dataset)])
+    yield Folded("Load cycle at the point of the largest stress", [load_cycle(dataset), Note(CYCLE)])
     lattice = " × ".join(str(dataset.sizes[f"{name}_lower"]) for name in ("x", "s", "depth"))
     method = (
         f"The tractions of {symbol} load the two actual bodies (harmonic engine) and half-spaces unrolled "
-        f"along the arc length. Stresses are computed at {lattice} points; the largest values are the "
-        f"largest at these points. The whole run took {float(attributes['seconds']):.0f} s."
+        f"along the arc length. Stresses are computed at {lattice} points in x, s and depth; the largest "
+        "values are the largest at these points, and their estimated errors include what may lie between "
+        "neighbours. Contours are interpolated and never exceed the values at the points. The whole run took "
+        f"{float(attributes['seconds']):.0f} s."
     )
     yield Folded("How these numbers are computed", [method])
     yield Folded("Scene file", [Verbatim(str(attributes["scene"]))])
+
+
+def _by_ics(dataset: xr.Dataset) -> list[Block]:
+    further = "" if "yield_stress" not in dataset.attrs else SHAKEDOWN
+    below = f"The small number is the difference from the number with {reference_symbol(dataset)}."
+    return [damage_table(dataset), Note(" ".join(filter(None, (below, further))))]
 
 
 # --- tables ---------------------------------------------------------------------------------------------
@@ -123,35 +227,132 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
 def place_text(numbers: xr.Dataset, name: str) -> str:
     """Return where a number is largest."""
     s, depth = float(numbers[f"s_{name}"]), float(numbers[f"depth_{name}"])
-    x = f"x = {float(numbers[f'x_{name}']):.2g}, " if f"x_{name}" in numbers else ""
-    edge = " (the deepest point that was computed)" if bool(numbers[f"deepest_{name}"]) else ""
-    where = "on the surface" if depth < SURFACE else f"{depth:.2g} mm deep{edge}"
-    return f"{where} at {x}s = {s:.2g} mm"
+    where = "on the surface" if depth < SURFACE else f"{depth:.2g} mm deep"
+    return f"{where} at s = {number_text(s, '.2g')} mm"
+
+
+def answer_table(dataset: xr.Dataset) -> Table:
+    """Return the answers in the actual bodies and in half-spaces, and how far these differ.
+
+    Half-spaces are under the tractions of A, or of the reference where there are no others. They have no
+    estimates: those of the actual bodies take their place.
+    """
+    attributes, rows = dataset.attrs, []
+    source = sources(dataset)[-1]
+    for body in bodies(dataset):
+        both = [dataset.sel(body=body, source=one) for one in (ACTUAL, source)]
+        known = float(both[0].estimate_von_mises)
+        values = [(float(one.von_mises), known) for one in both]
+        texts = [with_estimate(*values[0]), f"{values[1][0]:.4g}"]
+        places = [place_text(one, "von_mises") for one in both]
+        if "yield_stress" in attributes:
+            limit = float(attributes["yield_stress"])
+            question = f"Does the {body} body yield (yield stress {limit:g} MPa)?"
+            below = [f"{text} MPa, {place}" for text, place in zip(texts, places, strict=True)]
+            cells = [Cell(exceeds(*one, limit), below=more) for one, more in zip(values, below, strict=True)]
+        else:
+            question = f"Yield stress below which the {body} body yields"
+            cells = [Cell(f"{one} MPa", below=place) for one, place in zip(texts, places, strict=True)]
+        rows.append(Row(question, [*cells, _difference(values, known)]))
+    if "ics" in dataset.dims:
+        rows += _damage_rows(dataset, ["A"] if source == HALF_SPACE_OF_A else [])
+    if "dang_van" in dataset:
+        for body in bodies(dataset):
+            both = [dataset.sel(body=body, source=one) for one in (ACTUAL, source)]
+            cells = [
+                Cell(f"{float(one.dang_van):.4g} MPa", below=place_text(one, "dang_van")) for one in both
+            ]
+            question = f"Fatigue limit in shear below which the {body} body fatigues (Dang Van)"
+            values = [(float(one.dang_van), np.nan) for one in both]
+            rows.append(Row(question, [*cells, _difference(values, np.nan)]))
+    heads = [*(source_label(dataset, one) for one in (ACTUAL, source)), "half-space against actual body"]
+    return Table("question", heads, rows)
+
+
+def _damage_rows(dataset: xr.Dataset, others: Sequence[str]) -> Iterator[Row]:
+    """Yield the answers of the reference, and of other ICs, on ratcheting, wear and cracks at the surface."""
+    contacts = [dataset.sel(ics=name) for name in (dataset.attrs["reference"], *others)]
+
+    def numbers(name: str) -> list[tuple[float, float]]:
+        return [(float(one[name]), float(one[f"estimate_{name}"])) for one in contacts]
+
+    def row(question: str, cells: Sequence[Cell], values: Sequence[tuple[float, float]]) -> Row:
+        compared = [_difference(values, values[0][1] + values[1][1])] if others else [Cell("–"), Cell("–")]
+        return Row(question, [*cells, *compared])
+
+    if "load_factor" in dataset:
+        both = zip(numbers("pressure_ratio"), numbers("shakedown_limit"), strict=True)
+        below = [f"p_max/k {with_estimate(*ratio)}, limit {with_estimate(*limit)}" for ratio, limit in both]
+        cells = [Cell(ratchets(one), below=more) for one, more in zip(contacts, below, strict=True)]
+        yield row("Does the material ratchet?", cells, numbers("pressure_ratio"))
+    for law in map(str, dataset.law.values):
+        depths = numbers(_largest(law))
+        question = f"Wear of the lower body per passage, of the upper per revolution ({law} law)"
+        yield row(question, [Cell(f"{with_estimate(*one)} nm") for one in depths], depths)
+    for body in map(str, dataset.worn_body.values) if "worn" in dataset else ():
+        if (count := float(dataset.attrs[PASSES[body]])) > 0:
+            deepest = [
+                (float(one.worn.sel(worn_body=body).max()), float(one.estimate_worn.sel(worn_body=body)))
+                for one in contacts
+            ]
+            question = f"Wear of the {body} body after {count:g} {PASSES[body]} (energy law)"
+            yield row(question, [Cell(f"{with_estimate(*one)} µm") for one in deepest], deepest)
+    if "surface_index" in dataset:
+        indices = numbers("surface_index")
+        cells = [Cell(exceeds(*one, 0.0), below=f"fatigue index {with_estimate(*one)}") for one in indices]
+        yield row("Can cracks start at the surface?", cells, indices)
+
+
+def _largest(law: str) -> str:
+    """Return the name of the largest depth that a law wears off."""
+    return f"largest_depth_{law.replace(' ', '_')}"
+
+
+def _difference(both: Sequence[tuple[float, float]], estimate: float) -> Cell:
+    """Return how far a number of a half-space differs from that of the actual body [%], with an estimate."""
+    value, other = both[0][0], both[1][0]
+    if value == 0:
+        return Cell("–")
+    share, estimate = 100 * (other - value) / abs(value), 100 * estimate / abs(value)
+    if np.isnan(estimate):
+        return Cell(f"{number_text(share, '+.2g')} %")
+    text = with_estimate(share, estimate)
+    sign = "+" if share > 0 and not text.startswith(("0", "(")) else ""
+    return Cell(f"{sign}{text} %", below="" if abs(share) > estimate else UNDECIDED)
 
 
 def stress_table(dataset: xr.Dataset) -> Table:
-    """Return the largest stresses of each body and source.
-
-    True bodies have estimates, half-spaces below their values the differences to the true body; then stresses
-    over p_max, and places.
-    """
-    names = [name for name in OF_STRESS if name in dataset]
-    heads = [Column(OF_STRESS[name].symbol, OF_STRESS[name].unit) for name in names]
-    share = Column("largest difference on the section", "% of largest σ_Mises")
+    """Return the largest stresses in the actual bodies with their places, and how far half-spaces differ."""
+    others = [source for source in sources(dataset) if source != ACTUAL]
+    heads = [
+        Column("largest", "MPa"),
+        Column("over p_max"),
+        *(Column(name, "mm") for name in ("x", "s", "depth")),
+    ]
+    heads += [Column(f"{source_label(dataset, source)}: differs by", "%") for source in others]
     rows = []
     for body in bodies(dataset):
-        for source in sources(dataset):
-            values, cells = dataset.sel(body=body, source=source), []
-            for name in names:
-                known = float(values.get(f"estimate_{name}", np.nan)) if source == TRUE else np.nan
-                text = f"{float(values[name]):.0f}" if np.isnan(known) else with_estimate(values[name], known)
-                below = [] if source == TRUE else [_change(values[f"difference_{name}"])]
-                if source != HALF_SPACE_OF_A:
-                    below.append(f"{float(values[f'{name}_over_p_max']):.3f} p_max")
-                cells.append(Cell(text, below="; ".join([*below, place_text(values, name)])))
-            off = Cell("" if source == TRUE else f"{100 * float(values.section_difference):.0f}")
-            rows.append(Row(f"{body} body: {source_label(dataset, source)}", [*cells, off]))
-    return Table("body, stresses", [*heads, share], rows)
+        values = dataset.sel(body=body)
+        actual = values.sel(source=ACTUAL)
+        for name in (name for name in OF_STRESS if name in dataset):
+            known = float(actual.get(f"estimate_{name}", np.nan))
+            text = f"{float(actual[name]):.4g}" if np.isnan(known) else with_estimate(actual[name], known)
+            places = [float(actual.get(f"{place}_{name}", np.nan)) for place in ("x", "s", "depth")]
+            shares = [100 * float(values[f"difference_{name}"].sel(source=source)) for source in others]
+            rows.append(
+                Row(
+                    f"{body} body, {OF_STRESS[name].meaning} {OF_STRESS[name].symbol}",
+                    [
+                        *(Cell(text), Cell(float(actual[f"{name}_over_p_max"]), ".3f")),
+                        *(Cell(place, ".2g") for place in places),
+                        *(Cell(share, "+.1f") for share in shares),
+                    ],
+                )
+            )
+        away = [100 * float(values.section_difference.sel(source=source)) for source in others]
+        cells = [*(Cell("") for _ in range(5)), *(Cell(share, ".0f") for share in away)]
+        rows.append(Row(f"{body} body, σ_Mises anywhere on the section, of its largest value", cells))
+    return Table("stress", heads, rows)
 
 
 def damage_table(dataset: xr.Dataset) -> Table:
@@ -203,7 +404,7 @@ def _change(share: xr.DataArray) -> str:
 # --- charts ---------------------------------------------------------------------------------------------
 
 
-LOOKS = {TRUE: OWN["C"], HALF_SPACE: OWN["A"], HALF_SPACE_OF_A: OWN["B"]}
+LOOKS = {ACTUAL: OWN["C"], HALF_SPACE: OWN["A"], HALF_SPACE_OF_A: OWN["B"]}
 COMPONENTS = {  # of stresses: indices and looks
     "σ_xx": ((0, 0), Look("#0072b2")),
     "σ_ss": ((1, 1), Look("#e69f00")),
@@ -213,7 +414,11 @@ COMPONENTS = {  # of stresses: indices and looks
     "σ_xs": ((0, 1), Look("#cc79a7", "dash")),
 }
 SAME = 1e-9  # mm
-SHORT = {TRUE: "true", HALF_SPACE: "half-space", HALF_SPACE_OF_A: "half-space of A"}  # in titles
+SHORT = {ACTUAL: "actual body", HALF_SPACE: "half-space", HALF_SPACE_OF_A: "half-space of A"}  # in titles
+OUTLINES = {"lower": Look("ink"), "upper": Look("#d55e00")}
+LARGEST = Look("#d62728", "", "x")
+BETWEEN = 4  # intervals of a drawing in one of the lattice, into depth and along x
+SIDE = {"lower": -1, "upper": 1}  # of a body along n
 
 
 def reference_symbol(dataset: xr.Dataset) -> str:
@@ -235,8 +440,8 @@ def sources(dataset: xr.Dataset) -> list[str]:
 
 
 def bodies(dataset: xr.Dataset) -> list[str]:
-    """Return the names of the bodies."""
-    return [str(name) for name in dataset.body.values]
+    """Return the names of the bodies, the lower one first."""
+    return sorted(map(str, dataset.body.values))
 
 
 def _by_body(
@@ -270,62 +475,118 @@ def _below(dataset: xr.Dataset, body: str, place: dict[str, float]) -> xr.Datase
 
 
 def _worst(dataset: xr.Dataset, body: str) -> dict[str, float]:
-    """Return the place of the largest von Mises stress in a true body [mm]."""
-    numbers = dataset.sel(body=body, source=TRUE)
+    """Return the place of the largest von Mises stress in a actual body [mm]."""
+    numbers = dataset.sel(body=body, source=ACTUAL)
     return {name: float(numbers[f"{name}_von_mises"]) for name in ("x", "s", "depth")}
 
 
-def _mises(dataset: xr.Dataset, fields: xr.Dataset) -> tuple[dict[str, Array], tuple[float, float]]:
-    """Return von Mises stresses by source, and the limits of their common colours."""
-    values = {
+def _mises(dataset: xr.Dataset, fields: xr.Dataset) -> dict[str, Array]:
+    """Return von Mises stresses by source."""
+    return {
         source: von_mises(np.asarray(fields.stress.sel(source=source), dtype=float))
         for source in sources(dataset)
     }
-    return values, (0.0, max(float(np.max(one)) for one in values.values()))
 
 
-def _map(section: xr.Dataset, title: str, values: Array, limits: tuple[float, float] | None) -> Map:
-    s, depth = section.s.values, section.depth.values
-    return Map(title, "s [mm]", "depth [mm]", s, depth, values, "MPa", limits=limits)
+def _finer(at: Array) -> Array:
+    """Return coordinates with further ones between them."""
+    return np.interp(np.arange(BETWEEN * (len(at) - 1) + 1) / BETWEEN, np.arange(len(at)), at)
 
 
-def section_maps(dataset: xr.Dataset) -> Chart:
-    """Return maps of von Mises stresses on the section of a body, a step per body and source.
+def _interpolated(values: Array, at: tuple[Array, Array], finer: tuple[Array, Array]) -> Array:
+    """Return values (n, m) on a finer lattice, which stay between those of neighbours on the given one."""
+    for axis in (0, 1):
+        values = np.asarray(PchipInterpolator(at[axis], values, axis=axis)(finer[axis]))
+    return values
 
-    The section is that through the largest stress. Beside each map: the estimate, or the difference to the
-    true body.
+
+def _region(dataset: xr.Dataset, body: str, values: Array) -> tuple[Array, Array]:
+    """Return points below the outline of a body (2, n, m) [mm], and values over s and depth there."""
+    s, depth, outline_s = (dataset[f"{name}_{body}"].values for name in ("s", "depth", "outline_s"))
+    own = (outline_s >= s[0]) & (outline_s <= s[-1])
+    outline, inward = (dataset[f"{name}_{body}"].values[:, own, None] for name in ("outline", "inward"))
+    finer = outline_s[own], _finer(depth)
+    return outline + finer[1] * inward, _interpolated(values, (s, depth), finer)
+
+
+def _section(dataset: xr.Dataset, title: str, fields: dict[str, Array]) -> Contours:
+    """Return contours of values over s and depth, by bodies, below their outlines."""
+    regions = [_region(dataset, body, values) for body, values in fields.items()]
+    outlines = [
+        Curve(f"{body} body", outline[0], outline[1], OUTLINES[body])
+        for body, outline in ((body, dataset[f"outline_{body}"].values) for body in bodies(dataset))
+    ]
+    return Contours(title, "y [mm]", "z [mm]", regions, "MPa", curves=outlines, stride=BETWEEN)
+
+
+def _place(dataset: xr.Dataset, body: str) -> Array:
+    """Return where the von Mises stress in an actual body is largest, y and z [mm], (2,)."""
+    place, outline_s = _worst(dataset, body), dataset[f"outline_s_{body}"].values
+
+    def at_place(name: str) -> Array:
+        return np.array([np.interp(place["s"], outline_s, one) for one in dataset[f"{name}_{body}"].values])
+
+    return at_place("outline") + place["depth"] * at_place("inward")
+
+
+def section_chart(dataset: xr.Dataset) -> Chart:
+    """Return von Mises stresses in the actual bodies, in half-spaces, and their differences.
+
+    The section of each body is that through its largest stress.
     """
-    steps: dict[str, list[ChartCell]] = {}
+    mises = {}
     for body in bodies(dataset):
         section = _body_fields(dataset, body).sel(x=_worst(dataset, body)["x"], method="nearest")
-        values, limits = _mises(dataset, section)
-        estimate = np.asarray(section.estimate, dtype=float)
-        largest = float(np.max(estimate)) if np.all(np.isfinite(estimate)) else 1.0  # without estimates
-        for source, mises in values.items():
-            beside = _map(section, "minus the actual body", mises - values[TRUE], None)
-            steps[f"{body}, {SHORT[source]}"] = [
-                _map(section, f"x = {float(section.x):.2g} mm", mises, limits),
-                _map(section, "estimated error", estimate, (0.0, largest))
-                if source == TRUE
-                else replace(beside, scale="diverging"),
-            ]
-    alt = "von Mises stress on the section below the contact, and differences from the actual body"
-    return Chart("section", steps, 2, "body and stresses", 0.9, next(iter(steps)), alt=alt)
+        mises[body] = _mises(dataset, section)
+    limits = 0.0, max(float(np.max(one)) for by_source in mises.values() for one in by_source.values())
+    places = np.transpose([_place(dataset, body) for body in bodies(dataset)])
+    marks = Curve("largest in the actual body", places[0], places[1], LARGEST)
+
+    def stresses(source: str) -> Contours:
+        fields = {body: by_source[source] for body, by_source in mises.items()}
+        drawn = _section(dataset, source_label(dataset, source), fields)
+        return replace(drawn, limits=limits, curves=[*drawn.curves, marks])
+
+    others = [source for source in sources(dataset) if source != ACTUAL]
+    away = {source: {body: one[source] - one[ACTUAL] for body, one in mises.items()} for source in others}
+    largest = max(float(np.max(np.abs(one))) for fields in away.values() for one in fields.values())
+    steps = {}
+    for source in others:
+        difference = _section(dataset, "half-space minus actual body", away[source])
+        difference = replace(difference, scale="diverging", limits=(-largest, largest))
+        steps[source_label(dataset, source)] = [stresses(ACTUAL), stresses(source), difference]
+    alt = "von Mises stresses on the section of both bodies, and differences of half-spaces from them"
+    return Chart("section", steps, 3, "compared with", 1.0, alt=alt)
 
 
-def plane_maps(dataset: xr.Dataset) -> Chart:
-    """Return maps of von Mises stresses on the plane along x through the largest one, a step per body."""
+def estimate_chart(dataset: xr.Dataset) -> Chart:
+    """Return the estimated errors of stresses on the section through the largest one of each body."""
+    estimates = {}
+    for body in bodies(dataset):
+        estimate = _body_fields(dataset, body).estimate
+        at_x = estimate.sel(x=_worst(dataset, body)["x"], method="nearest")
+        estimates[body] = np.asarray(at_x, dtype=float)
+    alt = "estimated errors of stresses on the section of both actual bodies"
+    return Chart("estimate", {"": [_section(dataset, "estimated error", estimates)]}, 2, alt=alt)
 
-    def maps(body: str) -> list[Map]:
-        plane = _below(dataset, body, _worst(dataset, body))
-        (x, depth), (values, limits) = (plane.x.values, plane.depth.values), _mises(dataset, plane)
-        titles = {source: f"{SHORT[source]}, s = {float(plane.s):.2g} mm" for source in values}
-        return [
-            Map(titles[source], "x [mm]", "depth [mm]", x, depth, mises, "MPa", limits=limits)
-            for source, mises in values.items()
-        ]
 
-    return _by_body(dataset, "plane", "von Mises stresses along the rolling direction", 0.8, maps)
+def plane_chart(dataset: xr.Dataset) -> Chart:
+    """Return von Mises stresses on the planes along x through the largest one of each body."""
+    planes = {body: _below(dataset, body, _worst(dataset, body)) for body in bodies(dataset)}
+    mises = {body: _mises(dataset, plane) for body, plane in planes.items()}
+    limits = 0.0, max(float(np.max(one)) for by_source in mises.values() for one in by_source.values())
+    cells = []
+    for source in sources(dataset):
+        regions = []
+        for body, plane in planes.items():
+            at = plane.x.values, plane.depth.values
+            finer = _finer(at[0]), _finer(at[1])
+            points = np.stack(np.meshgrid(finer[0], SIDE[body] * finer[1], indexing="ij"))
+            regions.append((points, _interpolated(mises[body][source], at, finer)))
+        title = source_label(dataset, source)
+        cells.append(Contours(title, "x [mm]", "n [mm]", regions, "MPa", limits=limits, stride=BETWEEN))
+    alt = "von Mises stresses along the rolling direction"
+    return Chart("plane", {"": cells}, 3, heights=0.8, alt=alt)
 
 
 def depth_curves(dataset: xr.Dataset) -> Chart:
@@ -342,11 +603,13 @@ def depth_curves(dataset: xr.Dataset) -> Chart:
                     line.depth.values,
                     measure(np.asarray(line.stress.sel(source=source), dtype=float)),
                     LOOKS[source],
-                    line.estimate.values if source == TRUE else None,
+                    line.estimate.values if source == ACTUAL else None,
                 )
                 for source in reversed(sources(dataset))
             ]
-            title = f"{symbol} at x = {place['x']:.2g}, s = {place['s']:.2g} mm"
+            title = (
+                f"{symbol} at x = {number_text(place['x'], '.2g')}, s = {number_text(place['s'], '.2g')} mm"
+            )
             drawn.append(Panel(title, "depth [mm]", f"{symbol} [MPa]", curves))
         return drawn
 
@@ -355,19 +618,19 @@ def depth_curves(dataset: xr.Dataset) -> Chart:
 
 
 def load_cycle(dataset: xr.Dataset) -> Chart:
-    """Return stress components along x at the worst depth of each body, in the true body and half-spaces."""
+    """Return stress components along x at the worst place of each body, in actual bodies and half-spaces."""
 
     def panels(body: str) -> list[Panel]:
         place, drawn = _worst(dataset, body), []
         line = _below(dataset, body, place).sel(depth=place["depth"], method="nearest")
         for source in sources(dataset):
             stress = line.stress.sel(source=source).values
-            band = line.estimate.values if source == TRUE else None
+            band = line.estimate.values if source == ACTUAL else None
             curves = [
                 Curve(name, line.x.values, stress[:, i, j], look, band)
                 for name, ((i, j), look) in COMPONENTS.items()
             ]
-            title = f"{SHORT[source]}, s, depth = {float(line.s):.2g}, {float(line.depth):.2g} mm"
+            title = f"{source_label(dataset, source)}"
             drawn.append(Panel(title, "x [mm]", "stress [MPa]", curves))
         return drawn
 
@@ -375,17 +638,22 @@ def load_cycle(dataset: xr.Dataset) -> Chart:
     return _by_body(dataset, "cycle", alt, 1.0, panels)
 
 
-def fatigue_maps(dataset: xr.Dataset) -> Chart:
-    """Return maps of Dang Van's equivalent stress over s and depth, a step per body."""
-
-    def maps(body: str) -> list[Map]:
-        fields = _body_fields(dataset, body)
-        values = {source: np.asarray(fields.dang_van.sel(source=source)) for source in sources(dataset)}
-        low, high = (end([float(end(one)) for one in values.values()]) for end in (np.min, np.max))
-        limits = min(0.0, float(low)), float(high)
-        return [_map(fields, SHORT[source], one, limits) for source, one in values.items()]
-
-    return _by_body(dataset, "fatigue", "equivalent stress of Dang Van", 0.8, maps)
+def fatigue_chart(dataset: xr.Dataset) -> Chart:
+    """Return Dang Van's equivalent stress on the sections of actual bodies and half-spaces."""
+    fields = {body: _body_fields(dataset, body).dang_van for body in bodies(dataset)}
+    ends = [float(end(one)) for one in fields.values() for end in (np.min, np.max)]
+    cells = [
+        replace(
+            _section(
+                dataset,
+                source_label(dataset, source),
+                {body: np.asarray(one.sel(source=source)) for body, one in fields.items()},
+            ),
+            limits=(min(0.0, *ends), max(ends)),
+        )
+        for source in sources(dataset)
+    ]
+    return Chart("fatigue", {"": cells}, 3, alt="equivalent stress of Dang Van on the section of both bodies")
 
 
 def wear_chart(dataset: xr.Dataset) -> Chart:
@@ -394,8 +662,13 @@ def wear_chart(dataset: xr.Dataset) -> Chart:
     energy = worn.work_density.sum("x") * float(dataset.x[1] - dataset.x[0])
     panels = [
         *(
-            _along_s(f"wear depth per passage: {law}", "depth [nm]", worn.depth.sel(law=law))
-            for law in dataset.law.values
+            _along_s(
+                f"wear depth: {law}",
+                "depth [nm]",
+                worn.depth.sel(law=law),
+                dataset[f"estimate_{_largest(law)}"],
+            )
+            for law in map(str, dataset.law.values)
         ),
         _along_s("work of friction along s", "energy [mJ/mm²]", energy),
     ]
@@ -408,7 +681,12 @@ def worn_chart(dataset: xr.Dataset) -> Chart:
     """Return the depths worn off both bodies along s after all passages, with all ICs."""
     worn = dataset.worn.isel(s=(dataset.worn.max(["ics", "worn_body"]) > 0).values)
     panels = [
-        _along_s(f"wear depth of the {body} body", "depth [µm]", worn.sel(worn_body=body))
+        _along_s(
+            f"wear depth of the {body} body",
+            "depth [µm]",
+            worn.sel(worn_body=body),
+            dataset.estimate_worn.sel(worn_body=body),
+        )
         for body in map(str, dataset.worn_body.values)
         if float(worn.sel(worn_body=body).max()) > 0
     ]
@@ -421,10 +699,14 @@ def worn_chart(dataset: xr.Dataset) -> Chart:
     )
 
 
-def _along_s(title: str, up: str, values: xr.DataArray) -> Panel:
-    """Return curves over s by ICs."""
-    looks = ics_looks(map(str, values.ics.values))
-    curves = [
-        Curve(ics_symbol(n), values.s.values, values.sel(ics=n).values, look) for n, look in looks.items()
-    ]
+def _along_s(title: str, up: str, values: xr.DataArray, estimate: xr.DataArray | None = None) -> Panel:
+    """Return curves over s by ICs; the largest values have bars of their estimated errors."""
+    curves = []
+    for name, look in ics_looks(map(str, values.ics.values)).items():
+        one, symbol = values.sel(ics=name), ics_symbol(name)
+        if estimate is not None and np.isfinite(known := float(estimate.sel(ics=name))):
+            at = [int(one.argmax("s"))]
+            bar = replace(look, dash="")
+            curves.append(Curve(symbol, one.s.values[at], one.values[at], bar, [known], bars=True))
+        curves.append(Curve(symbol, one.s.values, one.values, look))
     return Panel(title, "s [mm]", up, curves)

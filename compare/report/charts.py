@@ -10,6 +10,9 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
+from matplotlib import colormaps
+from matplotlib.colors import to_hex
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
 from compare.report.looks import Look, label_looks, without_marker
@@ -19,6 +22,8 @@ Scale = Literal["sequential", "diverging", "logarithmic", "positive"]
 CLASSES = ("#0072b2", "#e69f00", "#009e73", "#cc79a7")  # colours of kinds
 PLAIN = Look()
 MOST_MARKERS = 25  # points of a curve up to which each has its marker
+MOST_LEVELS = 16  # of contours
+CONTOURS = {"sequential": "viridis", "diverging": "RdBu_r"}  # maps of colours
 MARKS = 24  # about how many marks a curve without a line has
 
 
@@ -150,7 +155,44 @@ class Surface:
     picture: Path | None = None
 
 
-Cell = Panel | Map | Surface
+@dataclass(frozen=True, eq=False)
+class Contours:
+    """Filled contours of values on curved lattices, such as sections of bodies; axes have the same scale.
+
+    `regions` are points (2, n, m) [mm] and values (n, m) there, NaN where there are none. Curves, such as
+    outlines, lie upon them. `limits` are those of the colours, which go on beyond them to round levels. Where
+    one points at it, a page tells the value of each `stride`-th point.
+    """
+
+    title: str
+    across: str
+    up: str
+    regions: Sequence[tuple[Array, Array]]
+    unit: str
+    scale: Literal["sequential", "diverging"] = "sequential"
+    limits: tuple[float, float] | None = None
+    curves: Sequence[Curve] = ()
+    stride: int = 1
+
+    @property
+    def levels(self) -> Array:
+        """Round values in equal steps, (n + 1,), that enclose all values; a colour between each two."""
+        values = np.concatenate([values.ravel() for _, values in self.regions])
+        low, high = self.limits or (float(np.nanmin(values)), float(np.nanmax(values)))
+        if self.scale == "diverging":
+            low, high = -max(abs(low), abs(high)), max(abs(low), abs(high))
+        if not high > low:
+            low, high = low - 1.0, high + 1.0
+        return np.asarray(MaxNLocator(MOST_LEVELS, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high))
+
+    @property
+    def colours(self) -> list[str]:
+        """The colour between each two levels, as hexadecimal numbers."""
+        shades = np.linspace(0.0, 1.0, len(self.levels) - 1)
+        return [to_hex(colour) for colour in colormaps[CONTOURS[self.scale]](shades)]
+
+
+Cell = Panel | Map | Surface | Contours
 
 
 @dataclass(frozen=True, eq=False)

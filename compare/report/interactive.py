@@ -7,15 +7,17 @@ from importlib import resources
 from typing import Any
 
 import numpy as np
+from contourpy import FillType, contour_generator
 from jinja2.utils import htmlsafe_json_dumps
 from markupsafe import Markup
 
-from compare.report.charts import Chart, Curve, Map, Panel, Surface
+from compare.report.charts import Chart, Contours, Curve, Map, Panel, Surface
 from geometries.arrays import Array
 
 Trace = dict[str, Any]  # a trace of Plotly
 
-HEIGHT = {Panel: 290, Map: 340, Surface: 520}  # of a cell [px]
+HEIGHT = {Panel: 290, Map: 340, Surface: 520, Contours: 400}  # of a cell [px]
+SEEN = 1 / 2000  # of the size of contours: what may be left out
 TICKS = 8  # at most, on the longest axis of a drawing in 3D
 DIGITS = 6  # of the numbers on a page
 COLOURS = {"sequential": "Viridis", "diverging": "RdBu", "logarithmic": "RdBu", "positive": "YlOrRd"}
@@ -31,7 +33,7 @@ def plotly_js() -> str:
 
 def as_json(chart: Chart) -> Markup:
     """Return what a page needs to draw a chart, as JSON that may stand in a script element."""
-    draw: dict[type, Any] = {Panel: _panel, Map: _map, Surface: _surface}
+    draw: dict[type, Any] = {Panel: _panel, Map: _map, Surface: _surface, Contours: _contours}
     content = {
         "name": chart.name,
         "slider": chart.slider,
@@ -269,6 +271,69 @@ def _surface(surface: Surface) -> dict[str, Any]:
         "traces": [{"type": "surface", **at, **grey, **lit}, {"type": "surface", **on, **pressed, **lit}],
         "layout": {"scene": scene | {"aspectmode": "data", "camera": {"eye": eye}}},
     }
+
+
+def _contours(drawn: Contours) -> dict[str, Any]:
+    """Return the traces and the layout of contours: what exceeds each level is painted upon the rest.
+
+    Points without size have the values that are read where one points at them, and the colour bar.
+    """
+    levels, colours, traces = drawn.levels, drawn.colours, []
+    every = slice(None, None, drawn.stride)
+    points = np.concatenate([points[:, every, every].reshape(2, -1) for points, _ in drawn.regions], axis=1)
+    values = np.concatenate([values[every, every].ravel() for _, values in drawn.regions])
+    known, size = np.isfinite(values), float(np.max(np.ptp(points, axis=1)))
+    tolerance, digits = SEEN * size, 3 - int(np.floor(np.log10(size)))
+    for (across, up), field in drawn.regions:
+        generator = contour_generator(across, up, np.ma.masked_invalid(field), fill_type=FillType.OuterOffset)
+        for level, colour in zip(levels[:-1], colours, strict=True):
+            edges = [
+                np.append(_thinned(part, tolerance).round(digits), [[np.nan, np.nan]], axis=0)
+                for polygon, offsets in zip(*generator.filled(level, np.inf), strict=True)
+                for part in np.split(polygon, offsets[1:-1])
+            ]
+            if edges:
+                x, y = (_numbers(axis) for axis in np.concatenate(edges).T)
+                traces.append(
+                    {
+                        **{"type": "scatter", "mode": "lines", "x": x, "y": y, "line": {"width": 0}},
+                        **{"fill": "toself", "fillcolor": colour, "hoverinfo": "skip", "showlegend": False},
+                    }
+                )
+    places = np.repeat(np.linspace(0.0, 1.0, len(levels)), 2)[1:-1]
+    bar = {"title": {"text": _plain(drawn.unit), "side": "top"}, "thickness": 12, "tickvals": levels.tolist()}
+    traces.append(
+        {
+            **{"type": "scatter", "mode": "markers", "showlegend": False},
+            **{axis: _numbers(at[known].round(digits)) for axis, at in zip("xy", points, strict=True)},
+            "marker": {
+                **{"color": _numbers(values[known]), "opacity": 0, "showscale": True, "colorbar": bar},
+                **{"cmin": float(levels[0]), "cmax": float(levels[-1])},
+                "colorscale": [list(one) for one in zip(places, np.repeat(colours, 2), strict=True)],
+            },
+            "hovertemplate": f"(%{{x:.3~g}}, %{{y:.3~g}}) mm: %{{marker.color:.4g}} {_plain(drawn.unit)}"
+            "<extra></extra>",
+        }
+    )
+    outlines = [trace for curve in drawn.curves for trace in _curve(curve)]
+    axis = {"constrain": "domain", "zeroline": False}
+    layout = {
+        "xaxis": axis | {"title": {"text": _plain(drawn.across)}},
+        "yaxis": axis | {"title": {"text": _plain(drawn.up)}, "scaleanchor": "x"},
+        "hovermode": "closest",
+    }
+    return {"title": drawn.title, "traces": traces + outlines, "layout": layout}
+
+
+def _thinned(line: Array, tolerance: float) -> Array:
+    """Return points (n, 2) without those that lie on the line between their neighbours, to a tolerance."""
+    for first in (1, 2, 1, 2):  # each second point, so that neighbours stay
+        before, at, after = line[first - 1 : -2 : 2], line[first:-1:2], line[first + 1 :: 2]
+        chord = after - before
+        across = np.abs(chord[:, 0] * (at - before)[:, 1] - chord[:, 1] * (at - before)[:, 0])
+        straight = across <= tolerance * np.hypot(*chord.T)
+        line = np.delete(line, first + 2 * np.flatnonzero(straight), axis=0)
+    return line
 
 
 def _numbers(values: Array) -> Any:

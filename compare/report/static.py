@@ -14,14 +14,14 @@ import numpy as np
 from markupsafe import escape
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import ListedColormap, LogNorm, Normalize, SymLogNorm
+from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize, SymLogNorm
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from compare.report import interactive
-from compare.report.charts import Cell, Chart, Curve, Map, Panel, Surface
+from compare.report.charts import Cell, Chart, Contours, Curve, Map, Panel, Surface
 from compare.report.looks import INK, Look, without_marker
 from geometries.arrays import Array
 
@@ -29,7 +29,7 @@ from geometries.arrays import Array
 
 
 RC: Any = {"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 110, "svg.fonttype": "none"}
-SIZE = {Panel: (4.1, 2.8), Map: (3.6, 3.0), Surface: (7.0, 4.8)}  # of a cell [inch]
+SIZE = {Panel: (4.1, 2.8), Map: (3.6, 3.0), Surface: (7.0, 4.8), Contours: (4.1, 3.9)}  # of a cell [inch]
 CHOSEN_COLUMNS = 3  # of cells that were chosen
 MOST_ENTRIES, ENTRIES_PER_INCH = 8, 0.7  # of a legend in a row
 MARGINS = 0.95, 0.12, 0.27, 0.5  # of a panel for title, ticks, names: left, right, top, bottom [inch]
@@ -186,6 +186,8 @@ def _draw(figure: Figure, axes: Axes, cell: Cell, step: str) -> None:
     axes.set(xlabel=cell.across, ylabel=cell.up)
     if isinstance(cell, Map):
         _draw_map(figure, axes, cell)
+    elif isinstance(cell, Contours):
+        _draw_contours(figure, axes, cell)
     else:
         draw_panel(axes, cell)
 
@@ -302,6 +304,20 @@ def _draw_map(figure: Figure, axes: Axes, drawn: Map) -> None:
             line.set_path_effects(HALO)
     if drawn.to_scale:
         axes.set_aspect("equal")
+
+
+def _draw_contours(figure: Figure, axes: Axes, contours: Contours) -> None:
+    levels, colours = contours.levels, ListedColormap(contours.colours)
+    norm = BoundaryNorm(levels, len(levels) - 1)
+    for (across, up), values in contours.regions:
+        axes.contourf(
+            across, up, np.ma.masked_invalid(values), levels=levels, cmap=colours, norm=norm
+        ).set_rasterized(True)
+    for curve in contours.curves:
+        _draw_curve(axes, curve)
+    shades = ScalarMappable(norm, colours)
+    figure.colorbar(shades, ax=axes, label=contours.unit, ticks=levels[::2], shrink=0.8, use_gridspec=False)
+    axes.set_aspect("equal")
 
 
 def _edges(at: Array, *, log: bool) -> Array:

@@ -28,7 +28,8 @@ class DamageSpecification:
     """
 
     yield_stress: Annotated[
-        Amount | None, Field(description="yield stress in tension [MPa], for shakedown and surface fatigue")
+        Amount | None,
+        Field(description="yield stress in tension [MPa], for yield, shakedown and surface fatigue"),
     ] = None
     hardness: Annotated[
         Amount | None,

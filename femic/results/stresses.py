@@ -22,9 +22,10 @@ from femic.stresses.engine import StressSettings, stress_field
 from femic.stresses.field import principal_values, rise_between, tresca, von_mises
 from femic.stresses.half_space import half_space_field
 from geometries.arrays import Array
+from geometries.bodies import Body
 from geometries.patches import DIRECTIONS
 
-TRUE, HALF_SPACE, HALF_SPACE_OF_A = "true body", "half-space", "half-space, A"
+ACTUAL, HALF_SPACE, HALF_SPACE_OF_A = "actual body", "half-space", "half-space, A"
 BODIES = "upper", "lower"
 OF_STRESS = {
     "von_mises": Number("σ_Mises", "MPa", "largest von Mises stress"),
@@ -38,6 +39,7 @@ MEASURES: Mapping[str, Callable[[Array], Array]] = {
     "principal": lambda stress: np.asarray(principal_values(stress)[..., 2]),
 }
 PLACES = "x", "s", "depth"
+FINER, BESIDE = 4, 0.25  # outlines: points per interval of the lattice; length beside it, over its own
 
 # --- the dataset ----------------------------------------------------------------------------------------
 
@@ -47,16 +49,18 @@ def compute_stresses(scene: Scene, options: RunOptions = DEFAULT) -> xr.Dataset:
 
     NUMBER of `OF_STRESS` (body, source) [MPa] is the largest value on a lattice below the contact,
     `x_NUMBER`, `s_NUMBER`, `depth_NUMBER` its place, `deepest_NUMBER` whether that is the deepest point;
-    `estimate_NUMBER` is the estimated error of the largest value, in the true body alone: that of the stress,
-    and what may lie between the points; `difference_NUMBER` the share by which a source is off the true body.
-    Sources are the true body and a half-space, both under the tractions of the reference, and a half-space
-    under those of A. `section_difference` is the largest difference of von Mises stresses anywhere on the
-    section at `x_section`, over the largest in the true body.
+    `estimate_NUMBER` is the estimated error of the largest value, in the actual body alone: that of the
+    stress, and what may lie between the points; `difference_NUMBER` the share by which a source differs from
+    the actual body. Sources are the actual body and a half-space, both under the tractions of the reference,
+    and a half-space under those of A. `section_difference` is the largest difference of von Mises stresses
+    anywhere on the section at `x_section`, over the largest in the actual body.
 
     `stress_BODY` [MPa] lie on the lattice `x_BODY`, `s_BODY` (arc length of the lower contour), `depth_BODY`,
-    `column_stress_BODY` at depths `column_BODY` below the middle of the patch, `middle` [mm]; `dang_van_BODY`
-    is Dang Van's equivalent stress over a passage, not of contacts that do not travel. Of rolling contacts,
-    wear and fatigue numbers over `ics` are those of `femic.results.damage`.
+    `column_stress_BODY` at depths `column_BODY` below the middle of the patch, `middle` [mm]. `outline_BODY`
+    and `inward_BODY` (axis, outline_s_BODY) are the contour in y and z [mm] and its normal into the body; a
+    point of the lattice lies `depth_BODY` along the normal. `dang_van_BODY` is Dang
+    Van's equivalent stress over a passage, not of contacts that do not travel. Of rolling contacts, wear and
+    fatigue numbers over `ics` are those of `femic.results.damage`.
 
     Raises BadScene for what cannot be solved, NotConverged and Failure as `femic contact` and the stress
     engine.
@@ -115,12 +119,12 @@ def _compute_body(
         for source, parts in stresses.items():
             fatigue[source] = [_passage(part, scene.damage.dang_van) for part in parts]
 
-    true = von_mises(stresses[TRUE][0])
+    true = von_mises(stresses[ACTUAL][0])
     section, rows = int(np.unravel_index(np.argmax(true), true.shape)[0]), []
     for source, parts in stresses.items():
         row = dict[str, float]()
         for number, measure in MEASURES.items():
-            known = estimates if source == TRUE else None
+            known = estimates if source == ACTUAL else None
             row |= largest_below(lattice, number, [measure(part) for part in parts], known)
         if fatigue:
             row |= largest_below(lattice, "dang_van", fatigue[source])
@@ -143,10 +147,30 @@ def _compute_body(
         if fatigue:
             values = np.stack([parts[k] for parts in fatigue.values()])
             variables[f"{prefix}dang_van_{name}"] = ("source", *over[1:]), values, mpa
+    outline_s = _outline_s(lattice, solid := contacts.problem.bodies[name])
+    own_s = outline_s + lattice.offset
+    for variable, values in (
+        ("outline", solid.contour.position(own_s)),
+        ("inward", solid.side * solid.contour.normal(own_s)),
+    ):
+        units = {"units": "mm" if variable == "outline" else "1"}
+        variables[f"{variable}_{name}"] = ("axis", f"outline_s_{name}"), values, units
     axes = {"x": lattice.x, "s": lattice.s, "depth": lattice.depth, "column": lattice.column}
+    axes["outline_s"] = outline_s
     coords = {f"{dim}_{name}": (f"{dim}_{name}", at, {"units": "mm"}) for dim, at in axes.items()}
-    fields = xr.Dataset(variables, coords | {"source": sources, "i": list(DIRECTIONS), "j": list(DIRECTIONS)})
+    labels = {"source": sources, "i": list(DIRECTIONS), "j": list(DIRECTIONS), "axis": ["y", "z"]}
+    fields = xr.Dataset(variables, coords | labels)
     return numbers, fields
+
+
+def _outline_s(lattice: Lattice, body: Body) -> Array:
+    """Return arc lengths of the lower contour for drawing: the lattice's, between them, and beside."""
+    s, own = lattice.s, np.array(body.s_range) - lattice.offset
+    between = np.interp(np.arange(FINER * (len(s) - 1) + 1) / FINER, np.arange(len(s)), s)
+    reach = BESIDE * (s[-1] - s[0])
+    left, right = max(own[0], s[0] - reach), min(own[1], s[-1] + reach)
+    count = len(s)
+    return np.unique([*np.linspace(left, s[0], count), *between, *np.linspace(s[-1], right, count)])
 
 
 def _solve_or_load(
@@ -166,7 +190,7 @@ def _solve_or_load(
     settings = StressSettings(wanted.fineness, wanted.estimated, options.workers)
     true = stress_field(body, loads[reference], lattice.points, settings)
     assert true.half_space is not None
-    stresses = {TRUE: true.stress, HALF_SPACE: true.half_space}
+    stresses = {ACTUAL: true.stress, HALF_SPACE: true.half_space}
     if "A" in loads:
         stresses[HALF_SPACE_OF_A] = half_space_field(body, loads["A"], lattice.points).stress
     field = xr.Dataset(
@@ -212,11 +236,11 @@ def largest_below(
 
 
 def _label_numbers(numbers: xr.Dataset, p_max: float) -> None:
-    """Add units, differences to the true body, and largest values over p_max to numbers."""
+    """Add units, differences to the actual body, and largest values over p_max to numbers."""
     for name, quantity in OF_STRESS.items():
         if name not in numbers:
             continue
-        numbers[f"difference_{name}"] = numbers[name] / numbers[name].sel(source=TRUE) - 1
+        numbers[f"difference_{name}"] = numbers[name] / numbers[name].sel(source=ACTUAL) - 1
         numbers[f"{name}_over_p_max"] = numbers[name] / p_max
         for share in (f"difference_{name}", f"{name}_over_p_max"):
             numbers[share].attrs["units"] = "1"

@@ -179,7 +179,7 @@ def damage_misfits(scene: Scene, table: SceneTable) -> Iterator[str]:
     given = {name for name in table.model_fields_set if name not in LAWS or keys[name].model_fields_set}
     passing = [name for name in MOTIONS if name != WITHOUT_PASSAGE]
     for name in DamageTable.model_fields:
-        motions = passing if name == "dang_van" else [ROLLING]
+        motions = {"dang_van": passing, "yield_stress": list(MOTIONS)}.get(name, [ROLLING])
         if name in given and motion not in motions:
             value = "" if name in LAWS else f" = {keys[name]:g}"
             yield f"damage.{name}{value}: {_only_of(motions, motion)}"

@@ -11,7 +11,7 @@ were computed. The parts, lowest first:
 - `near_surface`: samples of a smooth field, and its continuation to the surface;
 - `half_space`: closed forms for rectangles of uniform traction, `half_space_field(body, tractions, points)`;
 - `waves`: tractions as waves along x, and the fields of a section under them;
-- `engine`: `stress_field(body, tractions, points, settings)`, in the true body, with an estimate, the
+- `engine`: `stress_field(body, tractions, points, settings)`, in the actual body, with an estimate, the
   half-space's stresses beside it (`StressField.half_space`); `StressSettings(fineness, estimated, workers)`;
   `resolution` says what a fineness means.
 

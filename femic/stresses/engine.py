@@ -1,11 +1,11 @@
-"""Displacements and stresses inside the true body, by the harmonic engine.
+"""Displacements and stresses inside the actual body, by the harmonic engine.
 
 All elements together are one load per wavenumber k (`femic.stresses.waves`). The stress is
 
     half-space(all waves) + [section - half-space](waves up to the largest k)
 
 with the half-space unrolled by the arc lengths x, s and the depth below the surface. Short waves do not reach
-deep: to them the body is its tangent half-space. The rest in brackets, what the true body adds by its long
+deep: to them the body is its tangent half-space. The rest in brackets, what the actual body adds by its long
 waves, is smooth, so that it can be continued to the surface (`near_surface`). Theory:
 docs/theory/stresses.md.
 """
@@ -59,7 +59,7 @@ DEFAULT = StressSettings()
 def stress_field(
     body: Body, tractions: SurfaceTractions, points: InnerPoints, settings: StressSettings = DEFAULT
 ) -> StressField:
-    """Return displacements and stresses of the tractions in the true body, half-space stresses beside them.
+    """Return displacements and stresses of the tractions in the actual body, half-space stresses beside them.
 
     Raises WrongInput for points outside the body, NotConverged where a wavenumber cannot be solved.
     """
@@ -93,7 +93,7 @@ def _with_floor(change: Array) -> Array:
     return np.asarray(change + FLOOR * np.max(change, initial=0.0))
 
 
-# --- what the true body adds ---
+# --- what the actual body adds ---
 
 TRUSTED = 0.35  # cells on the strips deep: from there on the section is trusted
 FEWEST_BESIDE, BESIDE = 3, 1 / 6  # strips beside the loaded ones with cells as fine: least number, share

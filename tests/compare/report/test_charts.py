@@ -13,6 +13,7 @@ from compare.report.charts import (
     MARKS,
     MOST_MARKERS,
     Chart,
+    Contours,
     Curve,
     Map,
     Panel,
@@ -363,3 +364,52 @@ def test_points_have_bars_names_and_notes():
     assert [text.get_text() for text in axes.texts] == ["a", "b"]
     heights = [np.ptp(line[:, 1]) for line in axes.collections[0].get_segments()]
     np.testing.assert_allclose(heights, 0.4)
+
+
+# --- contours -------------------------------------------------------------------------------------------
+
+
+def cone(n=41):
+    """The distance from the middle of a square of size 2, on a lattice in polar coordinates with a hole."""
+    radius, angle = np.meshgrid(np.linspace(0.2, 1.0, n), np.linspace(0.0, 2 * np.pi, 4 * n), indexing="ij")
+    return radius * np.array([np.cos(angle), np.sin(angle)]), radius
+
+
+def filled(trace):
+    """The area of the polygons of a trace; those that run the other way are holes."""
+    x, y = (np.array([np.nan if v is None else v for v in trace[axis]]) for axis in "xy")
+    ends = np.flatnonzero(np.isnan(x))
+    parts = [slice(first, last) for first, last in zip([0, *(ends[:-1] + 1)], ends, strict=True)]
+    return abs(sum(np.sum(x[p][:-1] * y[p][1:] - x[p][1:] * y[p][:-1]) / 2 for p in parts))
+
+
+def test_each_level_is_painted_where_values_exceed_it():
+    contours = Contours("", "y [mm]", "z [mm]", [cone()], "MPa", limits=(0.0, 1.0))
+    content, _ = drawn_cell(contours)
+    *painted, readings = content["traces"]
+    levels = contours.levels
+    np.testing.assert_allclose(np.diff(levels), levels[1] - levels[0])
+    inside = [max(level, 0.2) for level in levels[:-1]]
+    expected = [np.pi * (1 - low**2) for low in inside]
+    assert [filled(trace) for trace in painted] == pytest.approx(expected, rel=0.01)
+    assert [trace["fillcolor"] for trace in painted] == contours.colours
+    assert readings["marker"]["cmin"] == levels[0]
+    assert readings["marker"]["cmax"] == levels[-1]
+
+
+def test_what_is_read_are_the_values_at_the_points():
+    (points, values) = cone(9)
+    values = np.where(points[0] > 0.9, np.nan, values)
+    content, axes = drawn_cell(Contours("", "y [mm]", "z [mm]", [(points, values)], "MPa", stride=4))
+    readings, seen = content["traces"][-1], values[::4, ::4]
+    assert readings["marker"]["color"] == pytest.approx(seen[np.isfinite(seen)], rel=1e-5)
+    at = np.hypot(readings["x"], readings["y"])
+    np.testing.assert_allclose(at, readings["marker"]["color"], atol=2e-3)
+    assert axes.get_aspect() == 1.0
+
+
+def test_differences_have_the_same_colours_on_both_sides():
+    points, values = cone(9)
+    contours = Contours("", "", "", [(points, values - 0.4)], "MPa", scale="diverging")
+    np.testing.assert_allclose(contours.levels, -contours.levels[::-1], atol=1e-12)
+    assert contours.levels[-1] >= 0.6

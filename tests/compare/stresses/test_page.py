@@ -1,29 +1,141 @@
 """The page of stresses, wear and fatigue below a contact."""
 
 import numpy as np
+import pytest
+import xarray as xr
 
-from compare.pages.stresses import damage_table, stress_table, write_stresses
+from compare.pages.stresses import (
+    NO,
+    UNDECIDED,
+    YES,
+    answer_table,
+    damage_table,
+    doubts,
+    exceeds,
+    section_chart,
+    stress_table,
+    summary,
+    wear_chart,
+    write_stresses,
+)
+from femic.results.stresses import ACTUAL
+from femic.stresses.field import von_mises
 from tests.femic.results.solved_stresses import rolling_stresses
 
 
-def test_page_has_sentences_tables_and_figures(tmp_path, monkeypatch):
+@pytest.fixture
+def dataset():
+    return rolling_stresses().dataset
+
+
+def answers(dataset):
+    """The cells of the answer, by the questions."""
+    return {row.name: row.filled for row in answer_table(dataset).rows}
+
+
+def test_page_has_sentences_tables_and_figures(dataset, tmp_path, monkeypatch):
     monkeypatch.setattr("compare.report.parts._on_paper", lambda *_: [])  # pictures for paper take seconds
-    page = write_stresses(rolling_stresses().dataset, tmp_path).read_text(encoding="utf-8")
+    page = write_stresses(dataset, tmp_path).read_text(encoding="utf-8")
     for text in (
-        "Largest von Mises stress at",
+        "The lower body yields",
         "half-space, tractions of A",
         "T-gamma",
         "FI_surf",
-        "wear depth per passage: Archard",
+        "wear depth: Archard",
         "depth [mm]",
     ):
         assert text in page
 
 
-def test_ratios_to_nothing_are_none():
-    given = rolling_stresses().dataset
-    changed = {name: 0 * given[name] for name in ("t_gamma", "work")}
-    nothing = given.assign(changed | {"difference_dang_van": np.nan * given.difference_dang_van})
-    tables = damage_table(nothing), stress_table(nothing)
-    shown = [cell.below for table in tables for row in table.rows for cell in row.filled]
-    assert not any("nan" in below or "inf" in below for below in shown)
+@pytest.mark.parametrize(
+    ("limit", "verdict"), [(1.0, YES), (1.9, UNDECIDED), (2.1, UNDECIDED), (2.3, NO), (np.inf, NO)]
+)
+def test_within_the_estimate_nothing_is_decided(limit, verdict):
+    assert exceeds(2.0, 0.2, limit) == verdict
+    assert exceeds(2.0, np.nan, limit) == (YES if limit < 2 else NO)
+
+
+@pytest.mark.parametrize("body", ["lower", "upper"])
+def test_bodies_yield_where_von_mises_exceeds_the_yield_stress(dataset, body):
+    """The table has the verdict of the actual body in the first column."""
+    actual = dataset.sel(body=body, source=ACTUAL)
+    given, number = dataset.assign(estimate_von_mises=0 * dataset.von_mises + 10), float(actual.von_mises)
+    for limit, verdict in ((number - 20, YES), (number + 5, UNDECIDED), (number + 20, NO)):
+        asked = given.assign_attrs(yield_stress=limit)
+        (cells,) = (cells for name, cells in answers(asked).items() if name.startswith(f"Does the {body}"))
+        assert cells[0].text == verdict
+
+
+def test_material_ratchets_below_a_load_factor_of_1(dataset):
+    for factor, verdict in ((0.9, YES), (0.99, UNDECIDED), (1.1, NO)):
+        values = {"load_factor": factor, "estimate_load_factor": 0.02}
+        given = dataset.assign({name: 0 * dataset.p_max + value for name, value in values.items()})
+        assert answers(given)["Does the material ratchet?"][0].text == verdict
+
+
+def test_doubts_go_with_their_causes(dataset):
+    sure = dataset.assign_attrs(reference="C", yield_stress=1e9).assign(
+        {
+            name: xr.zeros_like(values)
+            for name, values in dataset.items()
+            if str(name).startswith("estimate_")
+            or name in {"x_von_mises", "s_von_mises", "deepest_von_mises"}
+        }
+    )
+    calm = doubts(sure)
+    causes = [
+        sure.assign_attrs(reference="Bhat"),
+        sure.assign_attrs(yield_stress=1.0),
+        sure.assign(deepest_von_mises=xr.ones_like(sure.deepest_von_mises)),
+        sure.assign(x_von_mises=0 * sure.x_von_mises + float(dataset.x_lower[0])),
+        sure.assign(estimate_von_mises=np.nan * sure.von_mises),
+        sure.assign(estimate_xi=np.nan * sure.xi),
+        sure.drop_attrs().assign_attrs({name: one for name, one in sure.attrs.items() if name != "speed"}),
+    ]
+    assert len(calm) == 1  # the coefficients of wear
+    assert all(len(doubts(doubtful)) > len(calm) for doubtful in causes)
+
+
+def test_without_a_yield_stress_the_page_says_which_one_would_do(dataset):
+    attrs = {name: value for name, value in dataset.attrs.items() if name != "yield_stress"}
+    given = dataset.drop_attrs().assign_attrs(attrs)
+    assert "The lower body yields if its yield stress is below" in summary(given)
+    assert any(name.startswith("Yield stress below which the lower") for name in answers(given))
+
+
+def test_sections_have_the_stresses_of_the_lattice_at_its_points(dataset):
+    """Between them there are no larger ones, and no gaps between colours."""
+    actual, _, difference = next(iter(section_chart(dataset).steps.values()))
+    bodies = ("lower", "upper")
+    for body, (points, values) in zip(bodies, actual.regions, strict=True):
+        x = float(dataset.sel(body=body, source=ACTUAL).x_von_mises)
+        stress = dataset[f"stress_{body}"].sel(source=ACTUAL).sel({f"x_{body}": x}, method="nearest")
+        mises = von_mises(stress.values.astype(float))
+        np.testing.assert_allclose(values[::4, ::4], mises, rtol=1e-9)
+        assert values.max() == pytest.approx(mises.max())
+        assert values.min() == pytest.approx(mises.min())
+        outline, inward = (
+            dataset[f"{name}_{body}"].sel({f"outline_s_{body}": dataset[f"s_{body}"].values})
+            for name in ("outline", "inward")
+        )
+        expected = outline.values[..., None] + inward.values[..., None] * dataset[f"depth_{body}"].values
+        np.testing.assert_allclose(points[:, ::4, ::4], expected, atol=1e-12)
+    assert actual.levels[0] <= 0 < max(values.max() for _, values in actual.regions) <= actual.levels[-1]
+    assert difference.levels[0] == -difference.levels[-1]
+
+
+def test_bars_are_the_estimates_of_the_largest_depths(dataset):
+    panel = wear_chart(dataset).cells[0]
+    bars = {curve.label: curve for curve in panel.curves if curve.bars}
+    assert len(bars) == dataset.sizes["ics"]
+    numbers = dataset.sel(ics="Bhat")
+    assert bars["B̂"].band == [float(numbers.estimate_largest_depth_energy)]
+    assert bars["B̂"].y == pytest.approx([float(numbers.largest_depth_energy)])
+
+
+def test_ratios_to_nothing_are_none(dataset):
+    changed = {name: 0 * dataset[name] for name in ("t_gamma", "work", "largest_depth_energy")}
+    nothing = dataset.assign(changed | {"difference_dang_van": np.nan * dataset.difference_dang_van})
+    tables = damage_table(nothing), stress_table(nothing), answer_table(nothing)
+    shown = [cell.below + cell.text for table in tables for row in table.rows for cell in row.filled]
+    assert not any("nan" in text or "inf" in text for text in shown)

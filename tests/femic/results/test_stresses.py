@@ -16,14 +16,14 @@ from femic.reference.run_options import RunOptions, Watch
 from femic.results import stressed_contact as lattice
 from femic.results.damage import OF_DAMAGE, compute_damage
 from femic.results.stressed_contact import require_stresses, with_one_contact
-from femic.results.stresses import HALF_SPACE, HALF_SPACE_OF_A, TRUE, compute_stresses, largest_below
+from femic.results.stresses import ACTUAL, HALF_SPACE, HALF_SPACE_OF_A, compute_stresses, largest_below
 from femic.scenes.errors import BadScene
 from femic.stresses.engine import StressSettings, stress_field
 from femic.stresses.field import tresca, von_mises
 from femic.stresses.half_space import half_space_field
 from geometries.errors import Failure
 from geometries.patches import Grid, N
-from tests.femic.contact.wheel_on_rail import RADIUS, scene
+from tests.femic.contact.wheel_on_rail import RADIUS, WHEEL, scene
 from tests.femic.results.solved_stresses import (
     COARSE,
     CONSTANTS,
@@ -56,11 +56,11 @@ def test_stresses_are_those_of_the_engines(rolling):
         points, of = below.points, contacts.problem.bodies[name]
         loads = {ics: contacts.on_body(name, ics) for ics in ("A", "Bhat")}
         expected = {
-            TRUE: stress_field(of, loads["Bhat"], points, StressSettings(**COARSE["stresses"])).stress,
+            ACTUAL: stress_field(of, loads["Bhat"], points, StressSettings(**COARSE["stresses"])).stress,
             HALF_SPACE: half_space_field(of, loads["Bhat"], points).stress,
             HALF_SPACE_OF_A: half_space_field(of, loads["A"], points).stress,
         }
-        true = von_mises(expected[TRUE])
+        true = von_mises(expected[ACTUAL])
         for source, stress in expected.items():
             numbers, largest = dataset.sel(body=name, source=source), von_mises(stress)
             assert numbers.von_mises == pytest.approx(largest.max(), rel=ROUNDING)
@@ -80,14 +80,28 @@ def test_stresses_are_those_of_the_engines(rolling):
             assert numbers.dang_van == pytest.approx(max(fatigue), rel=ROUNDING)
 
 
+@pytest.mark.parametrize(("body", "radius", "outward"), [("lower", RADIUS, -1), ("upper", WHEEL, 1)])
+def test_outlines_are_the_arcs_and_depths_go_along_their_radii(rolling, body, radius, outward):
+    """Both have their centres below the origin, where they touch; the outline has the s of the lattice."""
+    dataset, centre = rolling.dataset, np.array([[0.0], [-radius]])
+    outline, inward = (dataset[f"{name}_{body}"].values for name in ("outline", "inward"))
+    s = dataset[f"outline_s_{body}"].values
+    assert set(dataset[f"s_{body}"].values) <= set(s)
+    assert s[0] < dataset[f"s_{body}"][0] < dataset[f"s_{body}"][-1] < s[-1]
+    angle = s / radius
+    np.testing.assert_allclose(outline, centre + radius * np.array([np.sin(angle), np.cos(angle)]), atol=1e-9)
+    np.testing.assert_allclose(inward, outward * (outline - centre) / radius, atol=1e-9)
+    assert np.min(np.hypot(*outline)) < 1e-9
+
+
 def test_sections_differ_by_what_the_lattice_shows(rolling):
     dataset = rolling.dataset
     for name in rolling.lattices:
         fields = dataset[f"stress_{name}"].transpose(..., "i", "j").astype(float)
         stresses = {source: von_mises(fields.sel(source=source).values) for source in dataset.source.values}
-        at_x, *_ = np.unravel_index(np.argmax(stresses[TRUE]), stresses[TRUE].shape)
+        at_x, *_ = np.unravel_index(np.argmax(stresses[ACTUAL]), stresses[ACTUAL].shape)
         for source, largest in stresses.items():
-            away = abs(largest - stresses[TRUE])[at_x].max() / stresses[TRUE].max()
+            away = abs(largest - stresses[ACTUAL])[at_x].max() / stresses[ACTUAL].max()
             assert dataset.section_difference.sel(body=name, source=source) == pytest.approx(
                 away, abs=1e-6
             )  # fields have 7 digits
@@ -258,7 +272,7 @@ def test_large_radii_have_hertz_s_largest_shear_and_its_depth():
     keys = {"loads": [2e3, 20e3], "ics": ["A"], "elements": 16}
     of = scene(lower=rail, upper={"contour": {"kind": "plane"}}, **keys)
     with lattices(3, 5, 33):
-        dataset = compute_stresses(with_tables(of, **FINER), ONE).sel(source=TRUE)
+        dataset = compute_stresses(with_tables(of, **FINER), ONE).sel(source=ACTUAL)
     contact_modulus = 210e3 / (2 * (1 - 0.3**2))
     a = (3 * 20e3 * 400 / (4 * contact_modulus)) ** (1 / 3)
     p_0 = 3 * 20e3 / (2 * np.pi * a**2)
@@ -295,12 +309,12 @@ def test_compression_has_no_passage():
     with lattices(3, 3, 2):
         dataset = compute_stresses(with_tables(scene(**keys), stresses={"fineness": 0.1}), ONE)
     assert "ics" not in dataset.dims
-    estimates = dataset.sel(source=TRUE).estimate_von_mises
+    estimates = dataset.sel(source=ACTUAL).estimate_von_mises
     for name in estimates.body.values:
         here = np.concatenate([dataset[f"{part}estimate_{name}"].values.ravel() for part in ("", "column_")])
         assert np.min(here) < estimates.sel(body=name) < 2 * np.max(here)
     assert not any("dang_van" in str(name) for name in dataset)
-    assert dataset.source.values.tolist() == [TRUE, HALF_SPACE]
+    assert dataset.source.values.tolist() == [ACTUAL, HALF_SPACE]
     assert dataset.attrs["load"] == "5000 N"
 
 

@@ -88,7 +88,7 @@ REFUSED = {  # by a built-in scene: changes, and what is said
         (profile(standard="60E1", s_centre=900.0), r"s_centre = 900\.0: must lie between 0 and"),
         (profile(standard="60E1", s_centre=0.5), r"lower\.contour\.s_centre = 0\.5: .*degrees.*turn_deg"),
         (profile(standard="S1002", y_centre=0.0), "profile of a wheel, but this body is the rail"),
-        (damage(yield_stress=600.0), r"damage\.yield_stress = 600: only of"),
+        (damage(passages=600.0), r"damage\.passages = 600: only of"),
     ],
     "tall": [
         (stresses(friction=0.3), "stresses.friction = 0.3: only of contact.motion = .*none"),

@@ -14,7 +14,7 @@ from femic.results.contact import compute_contact
 from femic.results.friction import compute_with_friction
 from femic.results.ics import compute
 from femic.results.ics_dataset import to_dataset as ics_dataset
-from femic.results.stresses import HALF_SPACE, TRUE, compute_stresses
+from femic.results.stresses import ACTUAL, HALF_SPACE, compute_stresses
 from femic.scenes.errors import BadScene
 from femic.scenes.load import scene_from_table
 from geometries.errors import Failure
@@ -135,10 +135,10 @@ def test_stresses_equal_those_of_a_single_run(under_rolling):
     for body in ("lower", "upper"):
         at_body = alone.sel(body=body)
         for short, name in (("mises", "von_mises"), ("principal", "principal"), ("dang_van", "dang_van")):
-            true, flat = (at_body[name].sel(source=source) for source in (TRUE, HALF_SPACE))
+            true, flat = (at_body[name].sel(source=source) for source in (ACTUAL, HALF_SPACE))
             assert kept[f"{short}_{body}"] == true
             assert kept[f"half_space_{short}_{body}"] == flat != true
-            assert kept[f"depth_{short}_{body}"] == at_body[f"depth_{name}"].sel(source=TRUE)
+            assert kept[f"depth_{short}_{body}"] == at_body[f"depth_{name}"].sel(source=ACTUAL)
             assert kept[f"{short}_{body}"].attrs["units"] == "MPa"
     for name in ("t_gamma", "work", "largest_depth_Archard", "surface_index", "estimate_work"):
         np.testing.assert_array_equal(kept[name], alone[name])
