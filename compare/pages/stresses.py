@@ -50,6 +50,10 @@ SECTION = (
     "contour. × marks the largest stress of each actual body, which is cut at this x. The stresses of "
     "half-spaces are drawn at the same distance along and below the surface."
 )
+DEEPER = (
+    "The contours end where normals of the surface come close to each other. Below the middle of the patch "
+    "the stresses are known deeper, see the curves."
+)
 BANDS = "Bands: estimated error of the largest stress component in the actual body."
 WEAR = (
     "Depth that a passage wears off the lower body, and a revolution off the upper body. Energy: law of "
@@ -184,7 +188,9 @@ def doubts(dataset: xr.Dataset) -> list[str]:
 
 def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
     attributes, symbol = dataset.attrs, reference_symbol(dataset)
-    yield Section("Where the stresses are", [section_chart(dataset), Note(SECTION)])
+    deeper = any(dataset.sizes[f"column_{name}"] > dataset.sizes[f"depth_{name}"] for name in bodies(dataset))
+    notes = [SECTION, DEEPER] if deeper else [SECTION]
+    yield Section("Where the stresses are", [section_chart(dataset), Note(" ".join(notes))])
     yield Section("How deep they go", [depth_curves(dataset), Note(BANDS)])
     if "ics" in dataset.dims:
         yield Section("What a passage wears off", [wear_chart(dataset), Note(WEAR)])
@@ -234,13 +240,11 @@ def place_text(numbers: xr.Dataset, name: str) -> str:
 def answer_table(dataset: xr.Dataset) -> Table:
     """Return the answers in the actual bodies and in half-spaces, and how far these differ.
 
-    Half-spaces are under the tractions of A, or of the reference where there are no others. They have no
-    estimates: those of the actual bodies take their place.
+    Half-spaces have no estimates: those of the actual bodies take their place.
     """
     attributes, rows = dataset.attrs, []
-    source = sources(dataset)[-1]
     for body in bodies(dataset):
-        both = [dataset.sel(body=body, source=one) for one in (ACTUAL, source)]
+        both = [dataset.sel(body=body, source=one) for one in compared(dataset)]
         known = float(both[0].estimate_von_mises)
         values = [(float(one.von_mises), known) for one in both]
         texts = [with_estimate(*values[0]), f"{values[1][0]:.4g}"]
@@ -255,17 +259,17 @@ def answer_table(dataset: xr.Dataset) -> Table:
             cells = [Cell(f"{one} MPa", below=place) for one, place in zip(texts, places, strict=True)]
         rows.append(Row(question, [*cells, _difference(values, known)]))
     if "ics" in dataset.dims:
-        rows += _damage_rows(dataset, ["A"] if source == HALF_SPACE_OF_A else [])
+        rows += _damage_rows(dataset, ["A"] if HALF_SPACE_OF_A in compared(dataset) else [])
     if "dang_van" in dataset:
         for body in bodies(dataset):
-            both = [dataset.sel(body=body, source=one) for one in (ACTUAL, source)]
+            both = [dataset.sel(body=body, source=one) for one in compared(dataset)]
             cells = [
                 Cell(f"{float(one.dang_van):.4g} MPa", below=place_text(one, "dang_van")) for one in both
             ]
             question = f"Fatigue limit in shear below which the {body} body fatigues (Dang Van)"
             values = [(float(one.dang_van), np.nan) for one in both]
             rows.append(Row(question, [*cells, _difference(values, np.nan)]))
-    heads = [*(source_label(dataset, one) for one in (ACTUAL, source)), "half-space against actual body"]
+    heads = [*(source_label(dataset, one) for one in compared(dataset)), "half-space against actual body"]
     return Table("question", heads, rows)
 
 
@@ -414,7 +418,6 @@ COMPONENTS = {  # of stresses: indices and looks
     "σ_xs": ((0, 1), Look("#cc79a7", "dash")),
 }
 SAME = 1e-9  # mm
-SHORT = {ACTUAL: "actual body", HALF_SPACE: "half-space", HALF_SPACE_OF_A: "half-space of A"}  # in titles
 OUTLINES = {"lower": Look("ink"), "upper": Look("#d55e00")}
 LARGEST = Look("#d62728", "", "x")
 BETWEEN = 4  # intervals of a drawing in one of the lattice, into depth and along x
@@ -437,6 +440,14 @@ def sources(dataset: xr.Dataset) -> list[str]:
     """Return the sources; half-spaces under A's tractions only where these are others."""
     names = [str(name) for name in dataset.source.values]
     return [name for name in names if name != HALF_SPACE_OF_A or dataset.attrs["reference"] != "A"]
+
+
+def compared(dataset: xr.Dataset) -> tuple[str, str]:
+    """Return the sources that answers and sections compare: the half-space is under the tractions of A.
+
+    Where there are none of A it is under those of the reference.
+    """
+    return ACTUAL, sources(dataset)[-1]
 
 
 def bodies(dataset: xr.Dataset) -> list[str]:
@@ -547,16 +558,12 @@ def section_chart(dataset: xr.Dataset) -> Chart:
         drawn = _section(dataset, source_label(dataset, source), fields)
         return replace(drawn, limits=limits, curves=[*drawn.curves, marks])
 
-    others = [source for source in sources(dataset) if source != ACTUAL]
-    away = {source: {body: one[source] - one[ACTUAL] for body, one in mises.items()} for source in others}
-    largest = max(float(np.max(np.abs(one))) for fields in away.values() for one in fields.values())
-    steps = {}
-    for source in others:
-        difference = _section(dataset, "half-space minus actual body", away[source])
-        difference = replace(difference, scale="diverging", limits=(-largest, largest))
-        steps[source_label(dataset, source)] = [stresses(ACTUAL), stresses(source), difference]
+    half = compared(dataset)[1]
+    away = {body: by_source[half] - by_source[ACTUAL] for body, by_source in mises.items()}
+    difference = replace(_section(dataset, "half-space minus actual body", away), scale="diverging")
     alt = "von Mises stresses on the section of both bodies, and differences of half-spaces from them"
-    return Chart("section", steps, 3, "compared with", 1.0, alt=alt)
+    cells = [stresses(ACTUAL), stresses(half), difference]
+    return Chart("section", {"": cells}, 3, alt=alt)
 
 
 def estimate_chart(dataset: xr.Dataset) -> Chart:
@@ -576,7 +583,7 @@ def plane_chart(dataset: xr.Dataset) -> Chart:
     mises = {body: _mises(dataset, plane) for body, plane in planes.items()}
     limits = 0.0, max(float(np.max(one)) for by_source in mises.values() for one in by_source.values())
     cells = []
-    for source in sources(dataset):
+    for source in compared(dataset):
         regions = []
         for body, plane in planes.items():
             at = plane.x.values, plane.depth.values
@@ -586,7 +593,7 @@ def plane_chart(dataset: xr.Dataset) -> Chart:
         title = source_label(dataset, source)
         cells.append(Contours(title, "x [mm]", "n [mm]", regions, "MPa", limits=limits, stride=BETWEEN))
     alt = "von Mises stresses along the rolling direction"
-    return Chart("plane", {"": cells}, 3, heights=0.8, alt=alt)
+    return Chart("plane", {"": cells}, 2, heights=0.8, alt=alt)
 
 
 def depth_curves(dataset: xr.Dataset) -> Chart:
@@ -651,9 +658,9 @@ def fatigue_chart(dataset: xr.Dataset) -> Chart:
             ),
             limits=(min(0.0, *ends), max(ends)),
         )
-        for source in sources(dataset)
+        for source in compared(dataset)
     ]
-    return Chart("fatigue", {"": cells}, 3, alt="equivalent stress of Dang Van on the section of both bodies")
+    return Chart("fatigue", {"": cells}, 2, alt="equivalent stress of Dang Van on the section of both bodies")
 
 
 def wear_chart(dataset: xr.Dataset) -> Chart:

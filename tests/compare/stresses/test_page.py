@@ -18,6 +18,7 @@ from compare.pages.stresses import (
     wear_chart,
     write_stresses,
 )
+from compare.report.tables import with_estimate
 from femic.results.stresses import ACTUAL
 from femic.stresses.field import von_mises
 from tests.femic.results.solved_stresses import rolling_stresses
@@ -105,7 +106,7 @@ def test_without_a_yield_stress_the_page_says_which_one_would_do(dataset):
 
 def test_sections_have_the_stresses_of_the_lattice_at_its_points(dataset):
     """Between them there are no larger ones, and no gaps between colours."""
-    actual, _, difference = next(iter(section_chart(dataset).steps.values()))
+    actual, half, difference = section_chart(dataset).cells
     bodies = ("lower", "upper")
     for body, (points, values) in zip(bodies, actual.regions, strict=True):
         x = float(dataset.sel(body=body, source=ACTUAL).x_von_mises)
@@ -122,6 +123,10 @@ def test_sections_have_the_stresses_of_the_lattice_at_its_points(dataset):
         np.testing.assert_allclose(points[:, ::4, ::4], expected, atol=1e-12)
     assert actual.levels[0] <= 0 < max(values.max() for _, values in actual.regions) <= actual.levels[-1]
     assert difference.levels[0] == -difference.levels[-1]
+    for (_, less), (_, value), (_, away) in zip(
+        *(one.regions for one in (actual, half, difference)), strict=True
+    ):
+        np.testing.assert_allclose(away[::4, ::4], (value - less)[::4, ::4], atol=1e-9)
 
 
 def test_bars_are_the_estimates_of_the_largest_depths(dataset):
@@ -139,3 +144,22 @@ def test_ratios_to_nothing_are_none(dataset):
     tables = damage_table(nothing), stress_table(nothing), answer_table(nothing)
     shown = [cell.below + cell.text for table in tables for row in table.rows for cell in row.filled]
     assert not any("nan" in text or "inf" in text for text in shown)
+
+
+def test_without_rolling_there_are_only_stresses(dataset, tmp_path, monkeypatch):
+    monkeypatch.setattr("compare.report.parts._on_paper", lambda *_: [])
+    still = dataset.drop_dims(["ics"])
+    page = write_stresses(still, tmp_path).read_text(encoding="utf-8")
+    assert "wears" not in summary(still)
+    assert "wear depth" not in page
+    assert len(answers(still)) == 4  # yield and Dang Van's limit of both bodies
+
+
+def test_wear_after_all_passages_has_its_estimate(dataset):
+    depth = 2e-3 * dataset.depth.sel(law="energy", drop=True).expand_dims(worn_body=["lower", "upper"])
+    estimate = xr.DataArray(np.full((2, 2), 0.1), dims=("worn_body", "ics"))
+    changed = {"worn": depth, "estimate_worn": estimate, "wear_steps": 4, "turned": 0 * dataset.p_max + 3.0}
+    worn = dataset.assign(changed).assign_attrs(passages=0.0, revolutions=1000.0)
+    (cells,) = (cells for name, cells in answers(worn).items() if "after" in name)
+    assert cells[0].text == f"{with_estimate(depth.sel(ics='Bhat').max(), 0.1)} µm"
+    assert len(doubts(worn)) == len(doubts(dataset)) + 1  # surfaces turn by 3 degrees
