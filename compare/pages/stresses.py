@@ -293,18 +293,25 @@ def _damage_rows(dataset: xr.Dataset, others: Sequence[str]) -> Iterator[Row]:
         depths = numbers(_largest(law))
         question = f"Wear of the lower body per passage, of the upper per revolution ({law} law)"
         yield row(question, [Cell(f"{with_estimate(*one)} nm") for one in depths], depths)
-    for body in map(str, dataset.worn_body.values) if "worn" in dataset else ():
-        if (count := float(dataset.attrs[PASSES[body]])) > 0:
-            deepest = [
-                (float(one.worn.sel(worn_body=body).max()), float(one.estimate_worn.sel(worn_body=body)))
-                for one in contacts
-            ]
-            question = f"Wear of the {body} body after {count:g} {PASSES[body]} (energy law)"
-            yield row(question, [Cell(f"{with_estimate(*one)} µm") for one in deepest], deepest)
+    if "worn" in dataset:
+        for body in (body for body, passes in PASSES.items() if dataset.attrs[passes] > 0):
+            deepest = [_after_all(one.sel(worn_body=body)) for one in contacts]
+            count = f"{float(dataset.attrs[PASSES[body]]):g} {PASSES[body]}"
+            cells = [Cell(f"{with_estimate(*one)} µm") for one in deepest]
+            yield row(f"Wear of the {body} body after {count} (energy law)", cells, deepest)
     if "surface_index" in dataset:
         indices = numbers("surface_index")
         cells = [Cell(exceeds(*one, 0.0), below=f"fatigue index {with_estimate(*one)}") for one in indices]
         yield row("Can cracks start at the surface?", cells, indices)
+
+
+def _after_all(worn: xr.Dataset) -> tuple[float, float]:
+    """Return the largest depth after all passages [µm], and its estimated error.
+
+    Besides the size of the steps this has the share by which the depth of one passage may be wrong.
+    """
+    depth, share = float(worn.worn.max()), worn.estimate_largest_depth_energy / worn.largest_depth_energy
+    return depth, float(worn.estimate_worn + share * depth)
 
 
 def _largest(law: str) -> str:

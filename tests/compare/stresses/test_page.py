@@ -19,7 +19,7 @@ from compare.pages.stresses import (
     write_stresses,
 )
 from compare.report.tables import with_estimate
-from femic.results.stresses import ACTUAL
+from femic.results.stresses import ACTUAL, HALF_SPACE_OF_A
 from femic.stresses.field import von_mises
 from tests.femic.results.solved_stresses import rolling_stresses
 
@@ -146,6 +146,18 @@ def test_ratios_to_nothing_are_none(dataset):
     assert not any("nan" in text or "inf" in text for text in shown)
 
 
+@pytest.mark.parametrize("body", ["lower", "upper"])
+def test_half_spaces_differ_by_the_share_of_the_dataset(dataset, body):
+    """Not decided where the estimate of the actual body is larger."""
+    share = 100 * float(dataset.difference_von_mises.sel(body=body, source=HALF_SPACE_OF_A))
+    of_actual = 100 / float(dataset.von_mises.sel(body=body, source=ACTUAL))
+    for estimate, below in ((0.4 * abs(share), ""), (3 * abs(share), UNDECIDED)):
+        known = dataset.assign(estimate_von_mises=xr.zeros_like(dataset.von_mises) + estimate / of_actual)
+        (cells,) = (cells for name, cells in answers(known).items() if name.startswith(f"Does the {body}"))
+        assert cells[2].below == below
+        assert cells[2].text.lstrip("+") == f"{with_estimate(share, estimate)} %"
+
+
 def test_without_rolling_there_are_only_stresses(dataset, tmp_path, monkeypatch):
     monkeypatch.setattr("compare.report.parts._on_paper", lambda *_: [])
     still = dataset.drop_dims(["ics"])
@@ -155,11 +167,13 @@ def test_without_rolling_there_are_only_stresses(dataset, tmp_path, monkeypatch)
     assert len(answers(still)) == 4  # yield and Dang Van's limit of both bodies
 
 
-def test_wear_after_all_passages_has_its_estimate(dataset):
+def test_wear_after_all_passages_has_the_errors_of_steps_and_of_a_passage(dataset):
     depth = 2e-3 * dataset.depth.sel(law="energy", drop=True).expand_dims(worn_body=["lower", "upper"])
     estimate = xr.DataArray(np.full((2, 2), 0.1), dims=("worn_body", "ics"))
     changed = {"worn": depth, "estimate_worn": estimate, "wear_steps": 4, "turned": 0 * dataset.p_max + 3.0}
     worn = dataset.assign(changed).assign_attrs(passages=0.0, revolutions=1000.0)
     (cells,) = (cells for name, cells in answers(worn).items() if "after" in name)
-    assert cells[0].text == f"{with_estimate(depth.sel(ics='Bhat').max(), 0.1)} µm"
+    largest, numbers = float(depth.sel(ics="Bhat").max()), dataset.sel(ics="Bhat")
+    share = float(numbers.estimate_largest_depth_energy / numbers.largest_depth_energy)
+    assert cells[0].text == f"{with_estimate(largest, 0.1 + share * largest)} µm"
     assert len(doubts(worn)) == len(doubts(dataset)) + 1  # surfaces turn by 3 degrees
