@@ -151,7 +151,7 @@ def stresses(
     yield_stress: Annotated[
         float | None,
         Parameter(
-            help="yield stress in tension [MPa], for shakedown and surface fatigue; default: "
+            help="yield stress in tension [MPa], for yield, shakedown and surface fatigue; default: "
             "damage.yield_stress"
         ),
     ] = None,
