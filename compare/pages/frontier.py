@@ -289,7 +289,7 @@ def evidence(dataset: xr.Dataset, advice: Advice) -> Printed:
         for head in errors
     )
     table = Printed(
-        title=f"{case or 'contact'}: error at most (measured, and the estimate of {dataset.attrs['best']})",
+        title=f"{case or 'contact'}: largest error, with the estimate of {dataset.attrs['best']}",
         caption="; ".join(f"{head}: {scale}" for head, scale in zip(errors, scales, strict=True)),
     )
     for heading in ("", "time", *errors):

@@ -132,7 +132,7 @@ def test_advice_meets_tolerance_at_least_cost(made, tolerance, components, body)
         (
             (COMPONENTS, 1e-7, "combined"),
             Failure,
-            r"no choice of ICs meets the tolerance 1e-07\. The best, harmonic 0\.0?1, has",
+            r"no choice of ICs is within the tolerance of 1e-05 %\. The most accurate, harmonic 0\.0?1, has",
         ),
         ((("ss",), 0.1, "combined"), WrongInput, "component = ss: the scene has nn"),
         ((("nn",), 0.1, "upper"), WrongInput, "body = upper"),
