@@ -49,15 +49,15 @@ ANSWER = (
     "xn, nx, sn, ns. †: the component vanishes in C; its error is relative to 0.05 max |C_nn|."
 )
 ONE_SCENE = (
-    "Panels: ICs, and their differences from C. Band: ± the estimated error of C, often thinner than the line. "
-    "Circles: C of the solid engine. Dotted: joint of arc and flank. Displacements per total load of 1 kN, "
-    f"without rigid-body motion. {COMPONENTS}"
+    "Panels: ICs, and their differences from C. Band: ± the estimated error of C, often thinner than the "
+    "line. Circles: C of the solid engine. Dotted: joint of arc and flank. Displacements per total load of "
+    f"1 kN, without rigid-body motion. {COMPONENTS}"
 )
 SEVERAL_SCENES = (
-    "Panels: ICs, and their differences from C. Colours show the ICs, dashes the scenes. ICs per unit total load "
-    "are multiplied by E of the lower body and by L of the scene ({}). Band: ± the estimated error of C, "
-    "often thinner than the line. If the curve of a scene seems to be missing, another scene's curve covers "
-    f"it. {COMPONENTS}"
+    "Panels: ICs, and their differences from C. Colours show the ICs, dashes the scenes. ICs per unit total "
+    "load are multiplied by E of the lower body and by L of the scene ({}). Band: ± the estimated error of "
+    "C, often thinner than the line. If the curve of a scene seems to be missing, another scene's curve "
+    f"covers it. {COMPONENTS}"
 )
 
 
