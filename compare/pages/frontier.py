@@ -144,7 +144,7 @@ def answer_table(dataset: xr.Dataset) -> Table | None:
             else:
                 cells.append(Cell(str(way.label.item()), below=_error_and_time(way)))
         rows.append(Row(share_text(allowed), cells))
-    return Table("cheapest ICs to", texts(*subjects), rows)
+    return Table("cheapest ICs within", texts(*subjects), rows)
 
 
 def doubts(dataset: xr.Dataset) -> Iterator[str]:
@@ -153,9 +153,9 @@ def doubts(dataset: xr.Dataset) -> Iterator[str]:
     expensive = [name for name, reason in skipped.items() if BEYOND_BUDGET in reason]
     unsolved = [name for name in skipped if name not in expensive]
     if expensive:
-        yield f"The budget of time left out {join_words(expensive)}; give a larger budget to try them."
+        yield f"Not tried, because the budget of time was too small: {'; '.join(expensive)}."
     if unsolved:
-        yield f"No solution with {join_words(unsolved)}; “Left out” says why."
+        yield f"No solution, for reasons under “Left out”: {'; '.join(unsolved)}."
 
 
 def main_subjects(dataset: xr.Dataset) -> dict[str, list[str]]:
