@@ -13,12 +13,12 @@ import tomlkit
 import xarray as xr
 
 from approx.calibration import Parameter, pointwise_k
-from compare.pages.ics import along_line, chart, is_mirrored, lines_in, row_name
+from compare.pages.ics import NOT_DECIDED, along_line, chart, is_mirrored, lines_in, row_name
 from compare.report.charts import Chart, Curve, Panel
 from compare.report.errors import MEASURE, VANISHING, error_row, percent
 from compare.report.looks import FURTHER, Look, ics_looks, ics_symbol, without_marker
-from compare.report.parts import Block, Folded, Note, Page, Section, Verbatim, write_page
-from compare.report.tables import Row, Table, numbers, texts, with_estimate
+from compare.report.parts import Block, Folded, Note, Page, Section, Verbatim, join_words, write_page
+from compare.report.tables import ROUNDING, Cell, Row, Table, numbers, texts, with_estimate
 from femic.cache.files import write_dataset, write_text
 from femic.results.calibration import (
     REPORTED_COMPONENTS,
@@ -50,8 +50,9 @@ DEVIATIONS = (
 READING = (
     "Left: the fit, and the K that makes B̂ equal to C at a point, −(C_xn + A_xs sin ½α{})·πG/(J_x cos "
     "½α). Right: differences of the approximations from C at the points of the fit; band: estimated error "
-    "of C. Table: root mean square of this difference with B̂′, and the largest errors on the lines of "
-    "the scene with B̂ → with B̂′, relative to the component."
+    "of C. Table: root mean square of this difference with B̂′ (residual), and the largest errors on the "
+    "lines of the scene with B̂ → with B̂′, relative to the component. “Not decided”: both errors differ by "
+    "less than the estimated error of C."
 )
 OTHER_C = (
     "C without curvature: C minus the part that the curvature of the wheel along x adds to B̂. "
@@ -82,20 +83,64 @@ def write_fit(calibrated: FittedScene, folder: Path) -> Path:
 def write_report(calibrations: Sequence[FittedScene], folder: Path) -> Path:
     """Write the figures and `calibration.html` of one or more scenes; returns the path of the page."""
     title = "B̂′ calibrated: " + ", ".join(calibrated.scene.name for calibrated in calibrations)
-    page = Page(title, summary(calibrations), _sections(calibrations), answer_table(calibrations))
+    answer, doubtful = answer_table(calibrations), list(doubts(calibrations))
+    page = Page(title, summary(calibrations), _sections(calibrations), answer, doubtful)
     return write_page(page, folder / "calibration.html", "calibration")
 
 
 def summary(calibrations: Sequence[FittedScene]) -> str:
-    """Return the errors of the fitted components without and with the fit."""
-    changes = ", ".join(
-        f"{one.scene.name}, {body} C_{component} "
-        f"{' → '.join(map(percent, errors_without_and_with(one, body, component)))}"
-        for one in calibrations
-        for body in one.fits
-        for component in one.scene.calibration.components
+    """Return the errors of the fitted components without and with the fit, and whether it is better."""
+    changes = []
+    for one in calibrations:
+        for body, component in product(one.fits, one.scene.calibration.components):
+            before, after = errors_without_and_with(one, body, component)
+            known = percent(_estimate(one, body, component))
+            changes.append(
+                f"{one.scene.name}, {body} C_{component}: {percent(before)} with B̂, {percent(after)} with "
+                f"B̂′, ± {known} ({_verdict(one, body, component)})"
+            )
+    return (
+        f"Largest errors on the lines of the scene, ± the estimated error of C: {'; '.join(changes)}. All "
+        "numbers are relative to the component itself."
     )
-    return f"Largest errors of the fitted components on the lines of the scene, with B̂ → with B̂′: {changes}."
+
+
+BETTER, WORSE, SAME = "better", "worse", "the same"
+
+
+def verdict(before: float, after: float, estimate: float) -> str:
+    """Return whether an error after the fit is better than before; errors are known to an estimate."""
+    change = abs(after - before)
+    if np.isnan(change):
+        return "not known"
+    if change <= max(estimate, ROUNDING):
+        return SAME if change <= ROUNDING else NOT_DECIDED
+    return BETTER if after < before else WORSE
+
+
+def _verdict(calibrated: FittedScene, body: str, component: str) -> str:
+    before, after = errors_without_and_with(calibrated, body, component)
+    return verdict(before, after, _estimate(calibrated, body, component))
+
+
+def _estimate(calibrated: FittedScene, body: str, component: str) -> float:
+    """Return the estimated error of C on the scale of errors of a component [-]."""
+    at = {"body": body, "variant": "C", "i": component[0], "j": component[1]}
+    return float(calibrated.errors.error.sel(at).item())
+
+
+def doubts(calibrations: Sequence[FittedScene]) -> Iterator[str]:
+    """Yield components that the fit makes worse, and parameters that it could not determine."""
+    for one in calibrations:
+        shown = [component for component in shown_components(one) if component in one.scene.components]
+        for body, body_fit in one.fits.items():
+            name = f"{one.scene.name}, {body}"
+            worse = [component for component in shown if _verdict(one, body, component) == WORSE]
+            if worse:
+                yield f"{name}: B̂′ is worse than B̂ in {join_words(worse)}."
+            for parameter in body_fit.parameters:
+                if parameter.note:
+                    yield f"{name}, {parameter.name}: {parameter.note}"
 
 
 def _sections(calibrations: Sequence[FittedScene]) -> Iterator[Section | Folded]:
@@ -159,7 +204,8 @@ def answer_table(calibrations: Sequence[FittedScene]) -> Table:
                 errors = [f"{100 * error:.3g}" for error in errors_without_and_with(one, body, component)]
                 vanishes = one.errors.vanishes.sel(body=body, i=component[0], j=component[1]).item()
                 text = f"{' → '.join(errors)}{VANISHING if vanishes else ''}"
-                changes.append(text if component in scene.components else "–")
+                found = _verdict(one, body, component)
+                changes.append(Cell(text, below=found) if component in scene.components else "–")
             parameters = {parameter.name: parameter for parameter in body_fit.parameters}
             values = [_value(parameters[f"{name}.{part}"]) for part in ("far", "r_inf")]
             cells = [*values, f"{100 * float(np.max(body_fit.rms)):.2g}", *changes]

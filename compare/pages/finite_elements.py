@@ -64,25 +64,37 @@ def write_fe_contact(dataset: xr.Dataset, out: Path) -> Path:
         "Frictionless contact", "Contact with ICs, and with finite elements"
     )
     answer = answer_table(dataset, FE, _compared_ics(dataset))
-    page = Page(title, summary(dataset), _sections(dataset), answer)
+    page = Page(title, summary(dataset), _sections(dataset), answer, doubts(dataset))
     return write_results(page, out, "fe_contact", dataset)
 
 
 def summary(dataset: xr.Dataset) -> str:
-    """Return p_max by finite elements at the largest load, differences of ICs, and unsolved loads."""
+    """Return p_max by finite elements at the largest load, and the largest differences of ICs."""
     number, pressures_off = largest_case(dataset, FE), deviations(dataset, "p_max").dropna("case", how="all")
     case = dataset.isel(case=number).sel(ics=FE)
-    off = ", ".join(
-        f"{ics_symbol(name)} {number_text(extreme(pressures_off.sel(ics=name)), '+.1%')}"
+    known = relative_estimates(dataset, "p_max").sel(case=pressures_off.case)
+    off = "; ".join(
+        f"{ics_symbol(name)} {_largest_difference(pressures_off.sel(ics=name), known)}"
         for name in _compared_ics(dataset)
     )
     p_max = with_estimate(case.p_max, case.estimate_p_max)
-    left_out = dataset.attrs["left_out"]
     return (
         f"p_max by finite elements (FE) at {case_labels(dataset)[number]}: {p_max} MPa. Largest "
-        f"differences of p_max from finite elements: {off}."
-        + (f" Finite elements found no solution for {left_out}" if left_out else "")
+        f"differences of p_max from finite elements (± is the estimated error of FE): {off}."
     )
+
+
+def _largest_difference(shares: xr.DataArray, known: xr.DataArray) -> str:
+    """Return the share that is furthest from zero, in percent with its sign and its estimate."""
+    worst = int(np.argmax(np.abs(shares.values)))
+    text = with_estimate(100 * shares.values[worst], 100 * known.values[worst])
+    return f"{'+' if shares.values[worst] > 0 else ''}{text} %"
+
+
+def doubts(dataset: xr.Dataset) -> list[str]:
+    """Return which loads finite elements did not solve."""
+    left_out = str(dataset.attrs["left_out"])
+    return [f"Finite elements found no solution for {left_out}"] if left_out else []
 
 
 def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:

@@ -12,13 +12,14 @@ import numpy as np
 import xarray as xr
 from rich.table import Table as Printed
 
+from compare.pages.ics import share_text, tolerance
 from compare.report.charts import Chart, Curve, Panel
 from compare.report.errors import COMPONENTS, MEASURE, VANISHING, colour, percent
 from compare.report.looks import ENGINE_LOOKS, OTHER_ENGINE, Look, ics_looks, ics_symbol
 from compare.report.parts import Folded, Items, Note, Page, Section, Verbatim, join_words, write_results
 from compare.report.tables import Cell, Column, Row, Table, numbers, texts, with_estimate
 from compare.studies.contact_frontier import STAGES
-from compare.studies.frontier import Advice, by_number, case_text, cheapest, front, worst
+from compare.studies.frontier import BEYOND_BUDGET, Advice, by_number, case_text, cheapest, front, worst
 from femic.reference.engines import ENGINES
 from geometries.arrays import Array
 
@@ -35,10 +36,11 @@ IN_A_TABLE = 9  # numbers beside each other
 READING = (
     "Table: the cheapest choice whose error, plus the estimated error of the reference, is within the "
     "tolerance in all cases. If several choices take similar time (within a factor of three), the most "
-    "accurate one is shown. Its error and time stand below. Numbers beside points: tolerance of C, and "
-    "elements across the smallest patch. Line: the best choices; no other choice is both as fast and more "
-    "accurate. Bars: uncertainty of the error, because the reference also has an error. Differences below "
-    "that error do not count."
+    "accurate one is shown. Its error and time stand below. “None”: no choice is accurate enough; the most "
+    "accurate one stands below. Chart: numbers beside points are the tolerance of C, and the elements across "
+    "the smallest patch. Line: the best choices; no other choice is both as fast and more accurate. Bars: ± "
+    "the estimated error of the reference. Choices whose bars overlap are equally accurate as far as one "
+    "can tell: which is better is not decided."
 )
 SHARES = (
     "Each error is the largest over all creepages or loads and over all cases. Where a number may vanish, "
@@ -73,60 +75,87 @@ def write_frontier(dataset: xr.Dataset, folder: Path) -> Path:
         if _is_about_ics(dataset)
         else ("contact_frontier", "Which ICs does this contact need?")
     )
-    page = Page(
-        f"{question}: {dataset.attrs['title']}", summary(dataset), _sections(dataset), answer_table(dataset)
-    )
+    title, answer = f"{question}: {dataset.attrs['title']}", answer_table(dataset)
+    page = Page(title, summary(dataset), _sections(dataset), answer, list(doubts(dataset)))
     return write_results(page, folder, name, dataset)
 
 
 def summary(dataset: xr.Dataset) -> str:
-    """Return how close the closest approximation is, the fastest C, and how well the best C is known."""
-    subjects, case = main_subjects(dataset), _main_case(dataset)
+    """Return the cheapest choice within the tolerance of the scene, its time, and the reference's error."""
+    subjects, case, allowed = main_subjects(dataset), _main_case(dataset), tolerance(dataset)
     best = dataset.label.sel(way=dataset.attrs["best"]).item()
     if not subjects:
-        return f"The estimated error of the reference, {best}, is too large for every number."
-    head = list(subjects)[-1 if _is_about_ics(dataset) else 0]
-    errors = worst(dataset, subjects[head], case).dropna("way", subset=["bound"])
-    is_c = errors.ics.values == "C"
-    closest = _least(errors.isel(way=~is_c), "bound")
-    fastest = _least(errors.isel(way=is_c), "seconds")
-    floors = {
-        name: worst(dataset, names, case).floor.sel(way=dataset.attrs["best"]).item()
-        for name, names in subjects.items()
-    }
-    known = join_words(f"{percent(floor)} in {name}" for name, floor in floors.items())
+        return (
+            f"Nothing can be decided: the estimated error of the reference, {best}, is more than a tenth of "
+            "every number."
+        )
+    subjects_by_text: dict[str, list[str]] = {}
+    for subject, names in subjects.items():
+        errors = worst(dataset, names, case)
+        way = _cheapest(errors, allowed)
+        text = (
+            f"none ({_closest_text(errors)})"
+            if way is None
+            else f"{way.label.item()} in {time_text(way.seconds.item())}"
+        )
+        subjects_by_text.setdefault(text, []).append(subject)
+    chosen = "; ".join(f"for {join_words(those)}, {text}" for text, those in subjects_by_text.items())
+    floor = max(
+        worst(dataset, names, case).floor.sel(way=dataset.attrs["best"]).item() for names in subjects.values()
+    )
     return (
-        f"For {head}: the closest approximation is {closest.label.item()}, {_off(closest)}; the fastest C "
-        f"is {fastest.label.item()}, {_off(fastest)}. Errors are relative to {best}, whose estimated error "
-        f"is {known}."
+        f"Cheapest ICs within the tolerance of {share_text(allowed)}: {chosen}. Errors are relative to "
+        f"{best}, whose estimated error is at most {percent(floor)}."
     )
 
 
-def _least(errors: xr.Dataset, name: str) -> xr.Dataset:
-    return errors.isel(way=int(np.argmin(errors[name].values)))
+def _cheapest(errors: xr.Dataset, allowed: float) -> xr.Dataset | None:
+    """Return the cheapest way within a tolerance, None if there is none."""
+    number = cheapest(errors.bound.values, errors.seconds.values, allowed)
+    return errors.isel(way=number) if number >= 0 else None
 
 
-def _off(way: xr.Dataset) -> str:
-    return (
-        f"with a largest error of {error_text(way)} % ({way.number.item()}), in "
-        f"{time_text(way.seconds.item())}"
-    )
+def _closest_text(errors: xr.Dataset) -> str:
+    """Return the most accurate way with its error and time."""
+    known = errors.dropna("way", subset=["bound"])
+    if not known.sizes["way"]:
+        return "not known"
+    way = known.isel(way=int(np.argmin(known.bound.values)))
+    return f"most accurate: {way.label.item()}, {_error_and_time(way)}"
 
 
-def answer_table(dataset: xr.Dataset) -> Table:
+def _error_and_time(way: xr.Dataset) -> str:
+    return f"{error_text(way)} %, {time_text(way.seconds.item())}"
+
+
+def answer_table(dataset: xr.Dataset) -> Table | None:
     """Return the cheapest ways for what is asked first, a row per tolerance; their errors and time below."""
     subjects, case = main_subjects(dataset), _main_case(dataset)
+    if not subjects:
+        return None
     rows = []
-    for tolerance in TOLERANCES:
+    for allowed in sorted({*TOLERANCES, tolerance(dataset)}, reverse=True):
         cells = []
         for names in subjects.values():
             errors = worst(dataset, names, case)
-            number = cheapest(errors.bound.values, errors.seconds.values, tolerance)
-            way = errors.isel(way=number)
-            below = f"{error_text(way)} %, {time_text(way.seconds.item())}"
-            cells.append(Cell(str(way.label.item()), below=below) if number >= 0 else Cell("none"))
-        rows.append(Row(f"{100 * tolerance:g} %", cells))
-    return Table("cheapest ICs to", texts(*subjects), rows)
+            way = _cheapest(errors, allowed)
+            if way is None:
+                cells.append(Cell("none", below=_closest_text(errors)))
+            else:
+                cells.append(Cell(str(way.label.item()), below=_error_and_time(way)))
+        rows.append(Row(share_text(allowed), cells))
+    return Table("cheapest ICs within", texts(*subjects), rows)
+
+
+def doubts(dataset: xr.Dataset) -> Iterator[str]:
+    """Yield which choices were not tried, and which have no solution."""
+    skipped = json.loads(dataset.attrs["skipped"])
+    expensive = [name for name, reason in skipped.items() if BEYOND_BUDGET in reason]
+    unsolved = [name for name in skipped if name not in expensive]
+    if expensive:
+        yield f"Not tried, because the budget of time was too small: {'; '.join(expensive)}."
+    if unsolved:
+        yield f"No solution, for reasons under “Left out”: {'; '.join(unsolved)}."
 
 
 def main_subjects(dataset: xr.Dataset) -> dict[str, list[str]]:
@@ -260,7 +289,7 @@ def evidence(dataset: xr.Dataset, advice: Advice) -> Printed:
         for head in errors
     )
     table = Printed(
-        title=f"{case or 'contact'}: error at most (measured, and the estimate of {dataset.attrs['best']})",
+        title=f"{case or 'contact'}: largest error, with the estimate of {dataset.attrs['best']}",
         caption="; ".join(f"{head}: {scale}" for head, scale in zip(errors, scales, strict=True)),
     )
     for heading in ("", "time", *errors):

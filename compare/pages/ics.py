@@ -5,20 +5,22 @@ ones dimensionless: per unit total load, times E of the lower body and the refer
 """
 
 import json
+import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import product
+from itertools import chain, product
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from compare.report.charts import Chart, Curve, Panel, mark_points, simple_chart
-from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, VANISHING, component_cell, error_row
+from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, VANISHING, error_row, percent
 from compare.report.looks import Look, drawing_order, ics_looks, ics_symbol
-from compare.report.parts import Block, Folded, Items, Note, Page, Picture, Section, Verbatim
-from compare.report.tables import Cell, Row, Table, numbers, texts
+from compare.report.parts import Block, Folded, Note, Page, Picture, Section, Verbatim, join_words
+from compare.report.tables import Cell, Row, Table, numbers, texts, with_estimate
 from femic.ic_errors.error_measure import ROUNDING
+from femic.scenes.file import SceneFile
 
 # --- the page -------------------------------------------------------------------------------------------
 
@@ -32,57 +34,185 @@ class SceneICs(NamedTuple):
 
 Scenes = Mapping[str, SceneICs]  # by name, with the same bodies, components, variants and lines
 
+GROUPS = {  # components by kind, as the answer has them
+    "nn": ("nn",),
+    "tangential components": ("xx", "ss", "xs", "sx"),
+    "cross terms": ("xn", "nx", "sn", "ns"),
+}
+YES, NO, NOT_DECIDED = "yes", "no", "not decided"
+LEAST_ESTIMATE = 1e-4  # share: smaller estimates are shown as this
 ANSWER = (
-    "Largest difference of the {} ICs from C over {}, relative to the component itself; small: relative "
-    "to C_nn of the same scene. C ±: the estimated error of C. †: the component vanishes in C."
+    "Table: the largest error of the {} ICs on the lines {}, relative to the largest value of the component "
+    "in C, and the component in which it occurs. ± is the estimated error of C. Below: whether the error is "
+    "within the tolerance of {} (ics_tolerance in the scene file), and its weight: the same difference "
+    "relative to C_nn. “Not decided”: ± leaves it open. Tangential components: xx, ss, xs, sx. Cross terms: "
+    "xn, nx, sn, ns. †: the component vanishes in C; its error is relative to 0.05 max |C_nn|."
 )
 ONE_SCENE = (
-    "A component names the displacement, then the traction: sn is the displacement along s under a normal "
-    "load. Displacements per total load of 1 kN, without rigid-body motion. Band: C ± its estimated "
-    "error, often thinner than the line. Circles: C of the solid engine. Dotted: joint of arc and flank."
+    "Panels: ICs, and their differences from C. Band: ± the estimated error of C, often thinner than the "
+    "line. Circles: C of the solid engine. Dotted: joint of arc and flank. Displacements per total load of "
+    f"1 kN, without rigid-body motion. {COMPONENTS}"
 )
 SEVERAL_SCENES = (
-    "Colours show the ICs, dashes the scenes. ICs per unit total load are multiplied by E of the lower "
-    "body and by L of the scene ({}). Band: C ± its estimated error, often thinner than the line. If the "
-    "curve of a scene seems to be missing, another scene's curve covers it."
+    "Panels: ICs, and their differences from C. Colours show the ICs, dashes the scenes. ICs per unit total "
+    "load are multiplied by E of the lower body and by L of the scene ({}). Band: ± the estimated error of "
+    "C, often thinner than the line. If the curve of a scene seems to be missing, another scene's curve "
+    f"covers it. {COMPONENTS}"
 )
 
 
 def page(title: str, scenes: Scenes, details: Iterable[Section | Folded]) -> Page:
-    """Return the page of scenes: the largest errors, curves, and on request errors by line and details."""
-    ics = next(iter(scenes.values())).ics
-    worst = {name: worst_errors(scene.errors, main_body(ics.body.values)) for name, scene in scenes.items()}
-    answer = error_table("error", worst, components_in(ics), drawn_variants(ics, several=len(scenes) > 1))
-    return Page(title, summary(scenes), _sections(scenes, details), answer)
+    """Return the page of scenes: which ICs are close enough, curves, and on request errors and details."""
+    sections = _sections(scenes, details)
+    return Page(title, summary(scenes), sections, answer_table(scenes), list(doubts(scenes)))
 
 
 def summary(scenes: Scenes) -> str:
-    """Return the largest errors of nn, or else of the first component, and the estimate of C, by scene."""
-    ics = next(iter(scenes.values())).ics
-    body, component = main_body(ics.body.values), _first_component(components_in(ics))
-    variants = drawn_variants(ics, several=len(scenes) > 1)
+    """Return the errors of nn (or what there is first), what is within the tolerance, and whether C is."""
     texts_of_scenes = []
     for name, scene in scenes.items():
-        worst = worst_errors(scene.errors, body).sel(i=component[0], j=component[1])
-        cells = {v: component_cell(worst.sel(variant=v), is_estimate=v == "C") for v in variants}
-        errors = ", ".join(f"{row_name(v)} {cell.text}" for v, cell in cells.items() if cell.text != "–")
-        texts_of_scenes.append(f"{name}: {errors}" if len(scenes) > 1 else errors)
-    return f"{body.capitalize()} C_{component}, largest differences from C: {'; '.join(texts_of_scenes)}."
+        body, groups = main_body(scene.ics.body.values), largest_errors(scene)
+        prefix = f"{name}: " if len(scenes) > 1 else ""
+        sentences = [_errors_sentence(body, *next(iter(groups.items()))), _tolerance_sentence(scene, groups)]
+        approximated = any(len(group.variant) for group in groups.values())
+        texts_of_scenes.append(prefix + " ".join([*(sentences if approximated else ()), converged(scene)[1]]))
+    return "\n".join(texts_of_scenes)
+
+
+def _errors_sentence(body: str, words: str, group: xr.Dataset) -> str:
+    """Return the largest errors in a group of components, the smallest first, and what is not decided."""
+    group = group.sortby("error")
+    by_text: dict[str, list[str]] = {}
+    for name in map(str, group.variant.values):
+        by_text.setdefault(_error_text(group.sel(variant=name)), []).append(ics_symbol(name))
+    errors = "; ".join(f"{text} with {join_words(symbols)}" for text, symbols in by_text.items())
+    best = group.isel(variant=0)
+    close = [str(name) for name in group.variant.values[group.error - best.error <= best.estimate]]
+    texts_of_close = {_error_text(group.sel(variant=name)) for name in close}
+    open_text = (
+        f" Which of {join_words(map(ics_symbol, close))} is closest to C is not decided."
+        if len(texts_of_close) > 1
+        else ""
+    )
+    return f"Largest error of the {body} ICs in {words}: {errors} (± is the estimated error of C).{open_text}"
+
+
+def _tolerance_sentence(scene: SceneICs, groups: Mapping[str, xr.Dataset]) -> str:
+    """Return which ICs are within the tolerance, by group of components; groups of the same ICs together."""
+    words_by_ics: dict[str, list[str]] = {}
+    for words, group in groups.items():
+        good, unknown = (
+            [ics_symbol(str(name)) for name in group.variant.values[group.verdict == verdict]]
+            for verdict in (YES, NOT_DECIDED)
+        )
+        text = join_words(good) or "only C"
+        words_by_ics.setdefault(
+            f"{text} (not decided: {join_words(unknown)})" if unknown else text, []
+        ).append(words)
+    shown = "; ".join(f"in {join_words(words)}, {ics}" for ics, words in words_by_ics.items())
+    return f"Within the tolerance of {share_text(tolerance(scene.ics))}: {shown}."
+
+
+def converged(scene: SceneICs) -> tuple[bool, str]:
+    """Return whether the estimate of C meets the tolerance of the engine, and a sentence that says so."""
+    errors = scene.errors.solved_refinement.sel(part="all")
+    worst = max(errors.sel(i=c[0], j=c[1]).max().item() for c in components_in(scene.ics))
+    allowed = float(json.loads(scene.ics.attrs["settings"])["tolerance"])
+    known = f"its largest estimated error is {percent(worst)}, the tolerance is {share_text(allowed)}"
+    return worst <= allowed, f"C is {'' if worst <= allowed else 'not '}converged: {known}."
+
+
+def tolerance(ics: xr.Dataset) -> float:
+    """Return the largest error [-] of approximations that a scene allows."""
+    default = SceneFile.model_fields["ics_tolerance"].default
+    return float(tomllib.loads(ics.attrs["scene"]).get("ics_tolerance", default))
+
+
+def share_text(share: float) -> str:
+    """Return a share that was given, such as a tolerance, in percent."""
+    return f"{100 * share:.6g} %"
+
+
+def doubts(scenes: Scenes) -> Iterator[str]:
+    """Yield what is unusual in scenes, and what may be wrong with their C."""
+    for name, scene in scenes.items():
+        found = [*json.loads(scene.ics.attrs["warnings"])]
+        is_converged, text = converged(scene)
+        if not is_converged:
+            found.append(text)
+        apart = disagreements(scene)
+        if apart:
+            where = "; ".join(apart)
+            found.append(f"C of the solid engine differs from C by more than both estimated errors: {where}.")
+        yield from (f"{name}: {text}" if len(scenes) > 1 else text for text in found)
+
+
+def largest_errors(scene: SceneICs) -> dict[str, xr.Dataset]:
+    """Return the largest errors of the approximations of the main body, by group of components, over variant.
+
+    Variables: `error` with its `estimate` and `weight`, the `component` where it is largest, whether this one
+    `vanishes`, and the `verdict` of all components of the group. ICs that were not computed are left out.
+    """
+    errors = worst_errors(scene.errors, main_body(scene.ics.body.values))[["error", "weight", "vanishes"]]
+    errors = errors.assign(estimate=errors.error.sel(variant="C", drop=True))
+    variants = [name for name in map(str, errors.variant.values) if not name.startswith("C")]
+    allowed, groups = tolerance(scene.ics), {}
+    for words, members in GROUPS.items():
+        names = [component for component in members if component in components_in(scene.ics)]
+        if not names:
+            continue
+        parts = [errors.sel(i=name[0], j=name[1], drop=True) for name in names]
+        each = xr.concat(parts, xr.Variable("component", names)).sel(variant=variants)
+        each = each.dropna("variant", subset=["error"])
+        low, high = ((each.error + sign * each.estimate).max("component") for sign in (-1, 1))
+        verdicts = np.select([high <= allowed, low > allowed], [YES, NO], NOT_DECIDED)
+        worst = each.isel(component=each.error.argmax("component"))
+        groups[words] = worst.assign(verdict=("variant", verdicts))
+    return groups
+
+
+def answer_table(scenes: Scenes) -> Table:
+    """Return the largest errors by group of components, a row for each of the ICs and scenes."""
+    found = {name: largest_errors(scene) for name, scene in scenes.items()}
+    several, groups = len(scenes) > 1, next(iter(found.values()))
+    rows = []
+    for variant in drawn_variants(next(iter(scenes.values())).ics, several=several):
+        if variant.startswith("C"):
+            continue
+        for k, (name, errors) in enumerate(found.items()):
+            cells = [
+                _answer_cell(group.sel(variant=variant)) if variant in group.variant else Cell("–")
+                for group in errors.values()
+            ]
+            rows.append(Row("" if k else ics_symbol(variant), [name, *cells] if several else cells))
+    return Table("ICs", [*(texts("scene") if several else ()), *numbers(*groups)], rows)
+
+
+def _answer_cell(worst: xr.Dataset) -> Cell:
+    """Return an error with its component; below, whether it is within the tolerance, and its weight."""
+    component, mark = worst.component.item(), VANISHING if worst.vanishes.item() else ""
+    place = "" if component == "nn" else f" ({component}{mark})"
+    below = worst.verdict.item()
+    if worst.weight.item() > ROUNDING and component != "nn":
+        below = f"{below}; weight {percent(worst.weight.item())}"
+    return Cell(_error_text(worst) + place, below=below)
+
+
+def _error_text(worst: xr.Dataset) -> str:
+    """Return an error with its estimate in percent."""
+    return f"{with_estimate(100 * worst.error, 100 * max(worst.estimate.item(), LEAST_ESTIMATE))} %"
 
 
 def _sections(scenes: Scenes, details: Iterable[Section | Folded]) -> Iterator[Section | Folded]:
     ics, several = next(iter(scenes.values())).ics, len(scenes) > 1
-    notes = [
-        f"{name}: {note}" if several else note
-        for name, scene in scenes.items()
-        for note in json.loads(scene.ics.attrs["warnings"])
-    ]
-    if notes:
-        yield Section("", [Note("Note before you use these numbers:"), Items(notes)])
     lengths = ", ".join(f"{name}: {scene.ics.reference_length:g} mm" for name, scene in scenes.items())
-    curves = chart({name: scene.ics for name, scene in scenes.items()})
-    answer = ANSWER.format(main_body(ics.body.values), ", ".join(lines_in(ics)))
-    yield Section("", [Note(answer), curves, Note(SEVERAL_SCENES.format(lengths) if several else ONE_SCENE)])
+    shown = {name: scene.ics for name, scene in scenes.items()}
+    allowed = join_words(dict.fromkeys(share_text(tolerance(one)) for one in shown.values()))
+    answer = ANSWER.format(main_body(ics.body.values), ", ".join(lines_in(ics)), allowed)
+    reading = SEVERAL_SCENES.format(lengths) if several else ONE_SCENE
+    yield Section("", [Note(answer), chart(shown), Note(reading)])
+    if (further := further_chart(shown)).cells:
+        yield Folded("ICs on the other lines, and of each body", [further])
     yield Folded("Errors of each body on each line", list(_error_tables(scenes)))
     yield from details
 
@@ -191,10 +321,6 @@ AGREEMENT = (
     "both estimated errors. Values are relative to the component itself; where it vanishes (†), to 0.05 "
     "max |C_nn|."
 )
-HOLLOW = (
-    "One mark per component. Hollow: C vanishes, and the error is relative to 0.05 max |C_nn|. Marks "
-    "of C: its estimated error."
-)
 COSTS = (
     "Memory: the peak of the worker process up to the end of the model. Seconds: measured in the run that "
     "solved the model; stored models are not solved again. Seconds for each of the ICs at all points ({} "
@@ -219,7 +345,6 @@ BODY_ROWS = {
     "far_radius_given": "far radius given",
 }
 STAGES = "mesh", "assembly", "solution"
-LEAST_DRAWN = 1e-6  # error: smaller errors are rounding and are drawn here
 
 
 def details(scene: SceneICs, pictures: Sequence[Picture]) -> Iterator[Folded]:
@@ -260,7 +385,7 @@ def details(scene: SceneICs, pictures: Sequence[Picture]) -> Iterator[Folded]:
     solver_heads = [*texts("solver", "iterations"), *numbers("residual")]
     tables = [Table("model", heads, sizes), Table("model", solver_heads, solvers)]
     costs = Note(COSTS.format(first, each))
-    yield Folded("Cost", [error_against_seconds(scene), HOLLOW, *tables, costs])
+    yield Folded("Cost", [*tables, costs])
     yield Folded("Settings", list(_settings(scene.ics)))
 
 
@@ -296,48 +421,53 @@ def accuracy_table(scene: SceneICs) -> Table:
 
 def agreement_table(scene: SceneICs) -> Table:
     """Return the differences between C of both engines, and whether all are within their estimates."""
-    components, rows = components_in(scene.ics), []
-    for body, line in product(map(str, scene.ics.body.values), lines_in(scene.ics)):
-        errors = scene.errors.sel(body=body, line=line)
-        difference, allowed = errors.error.sel(variant="C_solid"), errors.estimate_both
-        both = {c: tuple(v.sel(i=c[0], j=c[1]).item() for v in (difference, allowed)) for c in components}
-        marks = {c: VANISHING if bool(errors.vanishes.sel(i=c[0], j=c[1])) else "" for c in components}
+    rows = []
+    for place, both in _both_engines(scene).items():
         closest = max(both, key=lambda c: both[c][0] / max(both[c][1], ROUNDING))
-        largest = max(both, key=lambda c: (not marks[c], both[c][0]))
-        within = all(difference <= max(estimate, ROUNDING) for difference, estimate in both.values())
+        largest = max(both, key=lambda c: (VANISHING not in c, both[c][0]))
         cells = [
-            f"{both[largest][0]:.2%} ({largest}{marks[largest]})",
-            f"{closest}{marks[closest]}: {both[closest][0]:.2%} of {both[closest][1]:.2%}",
-            "yes" if within else "no",
+            f"{both[largest][0]:.2%} ({largest})",
+            f"{closest}: {both[closest][0]:.2%} of {both[closest][1]:.2%}",
+            YES if all(_agree(*each) for each in both.values()) else NO,
         ]
-        rows.append(Row(f"{body}, {line}", cells))
+        rows.append(Row(place, cells))
     heads = ["largest difference", "closest to the sum of the estimated errors", "within"]
     return Table("body, line", heads, rows, is_text=True)
 
 
-def error_against_seconds(scene: SceneICs) -> Chart:
-    """Return the worst error of each variant over all lines against its seconds, a panel per body.
+def disagreements(scene: SceneICs) -> list[str]:
+    """Return where C of both engines differs by more than both estimates: bodies, lines and components."""
+    return [
+        f"{place}, {component}"
+        for place, both in _both_engines(scene).items()
+        for component, each in both.items()
+        if not _agree(*each)
+    ]
 
-    A mark per component, hollow where it vanishes in C: the error is a share of 0.05 max |C_nn|.
+
+def _both_engines(scene: SceneICs) -> dict[str, dict[str, tuple[float, float]]]:
+    """Return differences between C of both engines and sums of their estimates [-].
+
+    By body and line, and by component, marked where it vanishes; empty without a check.
     """
-    seconds, components = _seconds(scene.ics), components_in(scene.ics)
-    looks = ics_looks(map(str, scene.ics.variant.values))
-    panels = []
-    for body in map(str, scene.ics.body.values):
-        marks = []
-        for name in (variant for variant, other in seconds if other == body):
-            worst = scene.errors.sel(body=body, variant=name).max("line")
-            look = replace(looks[name], dash="")
-            hollow_look = replace(look, marker=f"{look.marker.removesuffix('-open')}-open")
-            for hollow, mark in ((True, hollow_look), (False, look)):
-                parts = [worst.sel(i=c[0], j=c[1]) for c in components]
-                values = [max(at.error.item(), LEAST_DRAWN) for at in parts if bool(at.vanishes) == hollow]
-                if values:
-                    at = [seconds[name, body]] * len(values)
-                    marks.append(Curve(ics_symbol(name), at, values, mark))
-        across = f"seconds for {scene.ics.sizes['point']} points [s]"
-        panels.append(Panel(body, across, "worst error [-]", marks, log_x=True, log_y=True))
-    return simple_chart("error_against_seconds", panels, max(2, len(panels)))
+    if "estimate_both" not in scene.errors:
+        return {}
+    found = {}
+    for body, line in product(map(str, scene.ics.body.values), lines_in(scene.ics)):
+        errors = scene.errors.sel(body=body, line=line)
+        values = errors.error.sel(variant="C_solid"), errors.estimate_both
+        found[f"{body}, {line}"] = {
+            component + (VANISHING if bool(errors.vanishes.sel(at)) else ""): tuple(
+                each.sel(at).item() for each in values
+            )
+            for component in components_in(scene.ics)
+            for at in [{"i": component[0], "j": component[1]}]
+        }
+    return found
+
+
+def _agree(difference: float, estimate: float) -> bool:
+    return difference <= max(estimate, ROUNDING)
 
 
 def _settings(ics: xr.Dataset) -> Iterator[Block]:
@@ -363,7 +493,7 @@ def _settings(ics: xr.Dataset) -> Iterator[Block]:
 
 INVISIBLE = 1e-9  # dimensionless IC below which a curve is rounding
 ESTIMATES = {"C": "estimate", "C_solid": "estimate_solid"}  # variables with the errors of both engines
-MOST_COLUMNS = 4
+RESOLUTION = 1000  # of the ordinates of a panel: finer details are not drawn
 MIRRORED = 1e-6  # largest asymmetry of mirrored curves, as a share of the largest value on their line
 OVERLAID_VARIANTS = ("A", "B", "Bhat")  # drawn of several scenes; tables also have the others
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash")  # of the scenes
@@ -371,34 +501,52 @@ WIDE_LINE, NARROW_LINE = 3.2, 1.2  # line widths, rear to front: curves that coi
 
 
 def chart(scenes: Mapping[str, xr.Dataset]) -> Chart:
-    """Return ICs of scenes, a step per component: curves and differences from C, then other bodies.
+    """Return ICs of scenes on the main line, and their differences from C, a step per component.
 
     Halves of lines that repeat the other half in all scenes are left out.
     """
     ics = next(iter(scenes.values()))
-    (first, *others), lines = combined_first(ics.body.values), lines_in(ics)
-    components, several = components_in(ics), len(scenes) > 1
-    minus_c = {n: one.assign(ic=one.ic - one.ic.sel(variant="C", drop=True)) for n, one in scenes.items()}
-    halves = {line: all(is_mirrored(one, line) for one in scenes.values()) for line in lines}
-    looks = _looks(scenes)
+    body, line = main_body(ics.body.values), main_line(ics)
+    steps = {component: _with_differences(scenes, body, line, component) for component in components_in(ics)}
+    return Chart("curves", steps, 2, "component", start=_first_component(components_in(ics)))
 
-    def panels(shown: Mapping[str, xr.Dataset], bodies: Sequence[str], component: str) -> Iterator[Panel]:
-        for body, line in product(bodies, lines):
-            parts = {n: along_line(one, line, body, component, several) for n, one in shown.items()}
-            if halves[line]:
-                parts = {n: part.isel(point=part["at"].values >= 0) for n, part in parts.items()}
-            yield _panel(f"{body}, {line}", parts, looks)
 
+def further_chart(scenes: Mapping[str, xr.Dataset]) -> Chart:
+    """Return the same on the other lines, and the ICs of the other bodies on the main line."""
+    ics = next(iter(scenes.values()))
+    (body, *others), line = combined_first(ics.body.values), main_line(ics)
     steps = {}
-    for component in components:
-        differences = [
-            replace(panel, title=f"{panel.title}: minus C", up=f"Δ{panel.up}")
-            for panel in panels(minus_c, [first], component)
-        ]
-        curves = panels(scenes, [first], component)
-        steps[component] = [*curves, *differences, *panels(scenes, others, component)]
-    columns = min(max(2, len(lines)), MOST_COLUMNS)
-    return Chart("curves", steps, columns, "component", heights=0.75, start=_first_component(components))
+    for component in components_in(ics):
+        on_others = [_with_differences(scenes, body, one, component) for one in lines_in(ics) if one != line]
+        of_others = [_line_panel(scenes, other, line, component) for other in others]
+        steps[component] = [*chain.from_iterable(on_others), *of_others]
+    return Chart(
+        "further_curves", steps, 2, "component", heights=0.75, start=_first_component(components_in(ics))
+    )
+
+
+def main_line(ics: xr.Dataset) -> str:
+    """Return the line that pages show first: the first one across the bodies, or else the first."""
+    across = [line for line in lines_in(ics) if np.ptp(ics.s.values[ics.line.values == line]) > 0]
+    return [*across, *lines_in(ics)][0]
+
+
+def _with_differences(scenes: Mapping[str, xr.Dataset], body: str, line: str, component: str) -> list[Panel]:
+    """Return the panel of ICs of scenes on a line, and that of their differences from C."""
+    minus_c = {n: one.assign(ic=one.ic - one.ic.sel(variant="C", drop=True)) for n, one in scenes.items()}
+    differences = _line_panel(minus_c, body, line, component)
+    return [
+        _line_panel(scenes, body, line, component),
+        replace(differences, title=f"{differences.title}: minus C", up=f"Δ{differences.up}"),
+    ]
+
+
+def _line_panel(scenes: Mapping[str, xr.Dataset], body: str, line: str, component: str) -> Panel:
+    """Return the panel of ICs of a body on a line by scene."""
+    parts = {n: along_line(one, line, body, component, len(scenes) > 1) for n, one in scenes.items()}
+    if all(is_mirrored(one, line) for one in scenes.values()):
+        parts = {n: part.isel(point=part["at"].values >= 0) for n, part in parts.items()}
+    return _panel(f"{body}, {line}", parts, _looks(scenes))
 
 
 def component_chart(ics: xr.Dataset, component: str) -> Chart:
@@ -471,16 +619,42 @@ def _looks(scenes: Mapping[str, xr.Dataset]) -> dict[tuple[str, str], Look]:
 
 
 def _panel(title: str, parts: Mapping[str, xr.Dataset], looks: Mapping[tuple[str, str], Look]) -> Panel:
-    """Return the panel of ICs of `along_line` by scene; those that were not computed are left out."""
-    curves = []
+    """Return the panel of ICs of `along_line` by scene; those that were not computed are left out.
+
+    Lines have the points that one sees.
+    """
+    curves, part = [], next(iter(parts.values()))
+    span = max(float(one.ic.max() - one.ic.min()) for one in parts.values())
+    chosen = {name: visible_points(one, max(span, part.least) / RESOLUTION) for name, one in parts.items()}
     for (variant, name), look in looks.items():
-        part, estimate = parts[name], ESTIMATES.get(variant, "")
-        values, label = part.ic.sel(variant=variant).values, ics_symbol(variant)
+        part = parts[name].isel(point=chosen[name]) if look.dash else parts[name]
+        values, estimate = part.ic.sel(variant=variant).values, ESTIMATES.get(variant)
         if not np.all(np.isnan(values)):
             band = part[estimate].values if estimate in part else None
-            label = f"{label}, {name}" if len(parts) > 1 else label
+            symbol = ics_symbol(variant)
+            label = f"{symbol}, {name}" if len(parts) > 1 else symbol
             curves.append(mark_points(Curve(label, part["at"].values, values, look, band)))
-    part = next(iter(parts.values()))
     at = part["at"].values
     marks = [mark for mark in part.attrs.get("marks", ()) if at[0] <= mark <= at[-1]]
     return Panel(title, part.across, part.up, curves, marks=marks, least=part.least)
+
+
+def visible_points(part: xr.Dataset, resolution: float) -> list[int]:
+    """Return the points of ICs of `along_line` between which straight lines replace all curves and bands.
+
+    They are chosen as by Douglas and Peucker, for all curves together, to a resolution of the ordinates.
+    """
+    at, ic = part["at"].values, part.ic.transpose("variant", "point").values
+    bands = [part[name].values for name in ESTIMATES.values() if name in part]
+    drawn = np.nan_to_num(np.vstack([ic, *bands]))
+    kept, gaps = {0, len(at) - 1}, [(0, len(at) - 1)]
+    while gaps:
+        start, end = gaps.pop()
+        along = (at[start + 1 : end] - at[start]) / (at[end] - at[start])
+        lines = drawn[:, [start]] + (drawn[:, [end]] - drawn[:, [start]]) * along
+        distance = np.max(np.abs(drawn[:, start + 1 : end] - lines), axis=0, initial=0.0)
+        if np.max(distance, initial=0.0) > resolution:
+            middle = start + 1 + int(np.argmax(distance))
+            kept.add(middle)
+            gaps += [(start, middle), (middle, end)]
+    return sorted(kept)

@@ -12,8 +12,7 @@ import numpy as np
 import xarray as xr
 
 from approx.pair import columns as approximations
-from compare.pages.ics import combined_first, main_body, row_name
-from compare.report.charts import Cell as ChartCell
+from compare.pages.ics import NO, YES, combined_first, main_body, row_name, share_text
 from compare.report.charts import Chart, Curve, Map, Panel
 from compare.report.errors import COMPONENTS as COMPONENT_NAMES
 from compare.report.errors import error_cell, percent
@@ -32,6 +31,7 @@ from femic.results.ics import solids, solved_parts, solver_seconds
 from femic.results.matrices import SOURCE, compute_matrix, discounted, expected_seconds, matrix_plans
 from femic.results.matrix_check import ColumnCheck, check_columns
 from femic.scenes import receipts
+from femic.scenes.plausibility import warnings
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
 from geometries.patches import COMPONENTS, DIRECTIONS, Grid
@@ -82,11 +82,20 @@ MEASURES = {  # variables: the errors, the weights below them, and which compone
     "displacements": ("displacement_error", "displacement_weight", "displacement_vanishes"),
     "entries": ("entry_error", "near_entry_error", "entry_vanishes"),
 }
+ANSWER = (
+    "Estimated error: the largest of all entries, with its component; below, whether it is within the "
+    "tolerance of {}. Reciprocity defect: of the raw matrix, with its component. Smallest eigenvalue: if it "
+    "is positive, tractions always do positive work. Solid engine: the largest ratio of a difference "
+    "between both engines to the sum of their estimated errors; up to 1 they agree."
+)
 CHART = (
-    "Displacements of the {} ICs per total load of 1 kN on an element of strip {} (cross, s = {:.3g} mm); "
-    "at x < 0, xs, sx, xn and nx change sign. The first map shows the matrix in the file. Approximations "
-    "are ICs of half-spaces; they are compared with C after the rigid-body discount of [BVSV]. Band: its "
-    "estimated error. "
+    "Displacements of the {} ICs per total load of 1 kN on an element of strip {} at s = {:.3g} mm; at x < "
+    "0, xs, sx, xn and nx change sign. Approximations are ICs of half-spaces; they are compared with C after "
+    "the rigid-body discount of [BVSV]. Band: ± the estimated error of C. "
+)
+MAPS = (
+    "Displacements over the whole grid, for the same loaded element (cross). C: the matrix in the file, per "
+    "total load of 1 kN. Colours are logarithmic."
 )
 
 
@@ -116,10 +125,17 @@ def write_matrix(scene: Scene, out: Path, strip: int | None = None, options: Run
         checks = check_columns(scene, solved, options)
         size = f"{file.name} ({file.stat().st_size / 1e6:.1f} MB)"
         with xr.open_dataset(file, engine="h5netcdf") as matrix:
-            drawn = chart(response(scene, matrix, solved, strip))
-            sections = _sections(scene, matrix, plans, checks, strip, drawn)
-            answer = answer_table(matrix, checks)
-            write_page(Page(matrix.attrs["title"], summary(matrix, size), sections, answer), path, COMMAND)
+            shown = response(scene, matrix, solved, strip)
+            sections = _sections(scene, matrix, plans, checks, strip, shown)
+            allowed = scene.settings.tolerance
+            page = Page(
+                matrix.attrs["title"],
+                summary(matrix, size, allowed),
+                sections,
+                answer_table(matrix, checks, allowed),
+                [*warnings(scene), *doubts(matrix, checks, allowed)],
+            )
+            write_page(page, path, COMMAND)
     return path
 
 
@@ -128,15 +144,36 @@ def _by_name(matrix: xr.Dataset, attribute: str, kind: Callable[..., Value]) -> 
     return {name: kind(**record) for name, record in json.loads(matrix.attrs[attribute]).items()}
 
 
-def summary(matrix: xr.Dataset, file: str) -> str:
-    """Return what the file has, how well C is known, and what its models took."""
+def summary(matrix: xr.Dataset, file: str, tolerance: float) -> str:
+    """Return what the file has, whether C is accurate enough, and what its models took."""
     sizes, costs = matrix.sizes, _by_name(matrix, "models", Cost)
     body, worst = max(_by_name(matrix, "estimated_error", Shares).items(), key=lambda item: item[1].total)
+    is_converged = "converged" if worst.total <= tolerance else "not converged"
     return (
-        f"{file} holds C for {sizes['loaded']} strips and {sizes['lag']} lags. The largest estimated error "
-        f"is {percent(worst.total)} ({worst.component}, {body}). The models took "
-        f"{solver_seconds(costs):.0f} s and {max(cost.peak_memory for cost in costs.values()):.0f} MB."
+        f"{file} holds C for {sizes['loaded']} strips and {sizes['lag']} lags. C is {is_converged}: its "
+        f"largest estimated error is {percent(worst.total)} ({worst.component}, {body}), the tolerance is "
+        f"{share_text(tolerance)}. The models took {solver_seconds(costs):.0f} s and "
+        f"{max(cost.peak_memory for cost in costs.values()):.0f} MB."
     )
+
+
+def doubts(matrix: xr.Dataset, checks: Sequence[ColumnCheck], tolerance: float) -> Iterator[str]:
+    """Yield where C is not accurate enough, does negative work, or differs from the solid engine's."""
+    for body, shares in _by_name(matrix, "estimated_error", Shares).items():
+        if shares.total > tolerance:
+            yield (
+                f"{body}: the estimated error of C is {percent(shares.total)} in {shares.component}, more "
+                f"than the tolerance of {share_text(tolerance)}."
+            )
+    for name, eigenvalue in json.loads(matrix.attrs["smallest_eigenvalue"]).items():
+        if eigenvalue <= 0:
+            yield f"Matrix {name}: some tractions do no positive work (smallest eigenvalue {eigenvalue:.2g})."
+    for check in checks:
+        if check.closest > 1:
+            yield (
+                f"{check.body}, strip {check.strip}: the solid engine differs from C by {check.closest:.2g} "
+                "times the sum of both estimated errors."
+            )
 
 
 def _sections(
@@ -145,11 +182,13 @@ def _sections(
     plans: Sequence[ModelPlan],
     checks: Sequence[ColumnCheck],
     strip: int,
-    drawn: Chart,
+    shown: xr.Dataset,
 ) -> Iterator[Section | Folded]:
     grid, costs = scene.grid, _by_name(matrix, "models", Cost)
     reading = CHART.format(main_body(scene.compared), strip, grid.strips[strip]) + COMPONENT_NAMES
-    yield Section("", [drawn, Note(reading)])
+    answer = Note(ANSWER.format(share_text(scene.settings.tolerance)))
+    yield Section("", [answer, chart(shown), Note(reading)])
+    yield Folded("Maps of C and of its estimated error", [maps(shown), Note(MAPS)])
 
     columns = [*numbers("estimate"), *texts("worst at"), *numbers("mesh", "domain", "wavenumbers")]
     rows = []
@@ -199,7 +238,7 @@ def _sections(
     yield Folded("The scene", [Verbatim(scene.text)])
 
 
-def answer_table(matrix: xr.Dataset, checks: Sequence[ColumnCheck]) -> Table:
+def answer_table(matrix: xr.Dataset, checks: Sequence[ColumnCheck], tolerance: float) -> Table:
     """Return how good each matrix is: estimate, reciprocity, positive work, and columns solved again."""
     rows, estimates = [], _by_name(matrix, "estimated_error", Shares)
     defects = _by_name(matrix, "reciprocity_defect", Reciprocity)
@@ -208,7 +247,10 @@ def answer_table(matrix: xr.Dataset, checks: Sequence[ColumnCheck]) -> Table:
         shares, defect = estimates[body], defects.get(body)
         eigenvalue = eigenvalues.get(f"{body}, discounted", np.nan)
         cells: list[Cell | str] = [
-            f"{100 * shares.total:.2g} ({shares.component})",
+            Cell(
+                f"{100 * shares.total:.2g} ({shares.component})",
+                below=f"within the tolerance: {YES if shares.total <= tolerance else NO}",
+            ),
             f"{100 * defect.worst:.2g} ({defect.component})" if defect else "–",
             Cell(eigenvalue, ".2f"),
         ]
@@ -268,9 +310,8 @@ def cost_table(plans: Sequence[ModelPlan], costs: Mapping[str, Cost]) -> Table:
 # --- the chart ------------------------------------------------------------------------------------------
 
 
-MAPPED_VARIANTS = ("A", "Bhat")  # variants whose difference from C is drawn as a map
 SMALLEST = 1e-9  # of the largest IC of all components: smaller ones are rounding
-MOST_DRAWN = 100  # about as many lags, and strips, a map has at most
+MOST_DRAWN = 50  # about as many lags, and strips, a map has at most
 UNIT, PER_KILONEWTON = "µm/kN", 1e6  # of mm/N
 LOADED = Look(INK, "", "cross")
 ABSCISSAS = {"s": "s", "lag": "x"}
@@ -286,7 +327,7 @@ def response(
     """
     grid, body = scene.grid, main_body(scene.compared)
     known = matrix.entry_vanishes.sel(body=body).notnull().all(["i", "j"])
-    names = dict.fromkeys([*map(str, matrix.variant.values[known.values]), *MAPPED_VARIANTS])
+    names = list(map(str, matrix.variant.values[known.values]))
     c = total([solved[part].column(strip, SOURCE) for part in solved_parts(body)])
     column = matrix.ic.sel(body=body).isel(loaded=strip).transpose("i", "j", "lag", "observed")
     approximated = approximations([name for name in names if name != "C"], solids(scene)[body], grid, strip)
@@ -304,17 +345,26 @@ def response(
 
 
 def chart(response: xr.Dataset) -> Chart:
-    """Return curves, maps and differences from C of a response, a step per component."""
+    """Return curves of a response and their differences from C, a step per component."""
     rounding = SMALLEST * float(abs(response.matrix).max())
     steps = {
-        component: list(_cells(response.sel(i=component[0], j=component[1]), component, rounding))
+        component: list(_panels(response.sel(i=component[0], j=component[1]), component, rounding))
         for component in COMPONENTS
     }
-    return Chart("response", steps, 4, "component", 0.8, "nn")
+    return Chart("response", steps, 2, "component", 0.8, "nn")
 
 
-def _cells(part: xr.Dataset, component: str, rounding: float) -> Iterator[ChartCell]:
-    """Yield curves along s and along x with their differences from C, then maps."""
+def maps(response: xr.Dataset) -> Chart:
+    """Return maps of C of the file and of its estimated error, a step per component."""
+    steps: dict[str, list[Map]] = {}
+    for component in COMPONENTS:
+        part = response.sel(i=component[0], j=component[1])
+        steps[component] = [_map(part.matrix, "C"), _map(part.estimate, "estimated error of C")]
+    return Chart("maps", steps, 2, "component", 0.8, "nn")
+
+
+def _panels(part: xr.Dataset, component: str, rounding: float) -> Iterator[Panel]:
+    """Yield curves along s and along x with their differences from C."""
     minus_c = part.assign(ic=part.ic - part.ic.sel(variant="C"))
     places = {
         "s": ({"lag": 0.0}, "along s, x = 0"),
@@ -323,11 +373,6 @@ def _cells(part: xr.Dataset, component: str, rounding: float) -> Iterator[ChartC
     for across, (at, place) in places.items():
         yield _panel(part.sel(at), across, place, f"{component} [{UNIT}]", rounding)
         yield _panel(minus_c.sel(at), across, "the same minus C", f"Δ{component} [{UNIT}]", rounding)
-    yield _map(part.matrix, "C", part.matrix)
-    differences = minus_c.ic.sel(variant=[*MAPPED_VARIANTS])
-    for name in MAPPED_VARIANTS:
-        yield _map(differences.sel(variant=name), f"{ics_symbol(name)} minus C", differences)
-    yield _map(part.estimate, "estimated error of C", part.estimate)
 
 
 def _panel(part: xr.Dataset, across: str, title: str, up: str, rounding: float) -> Panel:
@@ -345,11 +390,11 @@ def _panel(part: xr.Dataset, across: str, title: str, up: str, rounding: float) 
     return Panel(title, f"{ABSCISSAS[across]} [mm]", up, curves, least=rounding)
 
 
-def _map(values: xr.DataArray, title: str, scale: xr.DataArray) -> Map:
-    """Return a map of values (lag, s) in the colours of a scale, thinned; cross: the loaded element."""
+def _map(values: xr.DataArray, title: str) -> Map:
+    """Return a map of values (lag, s), thinned; cross: the loaded element."""
     steps = {dim: -(-values.sizes[dim] // MOST_DRAWN) for dim in ("lag", "s")}
     drawn = values[:: steps["lag"], :: steps["s"]]
-    x, s, largest = drawn.lag.values, drawn.s.values, float(abs(scale).max()) or 1.0
+    x, s, largest = drawn.lag.values, drawn.s.values, float(abs(values).max()) or 1.0
     loaded = Curve("", [0.0], [float(values.loaded)], LOADED)
     limits = -largest, largest
     return Map(title, "x [mm]", "s [mm]", x, s, drawn.values, UNIT, "logarithmic", limits, curves=[loaded])

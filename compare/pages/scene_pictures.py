@@ -22,6 +22,7 @@ log = logging.getLogger(__name__)
 
 ON_HUB = 1e-9  # share of the depth: a contour that ends closer to the hub ends on it
 BESIDE_OUTLINE = 1.1  # half-width of the whole section, over the size of an outline
+ON_TOP = 4  # order of drawing of lines and their marks: the patch does not hide them
 HALF_WINDOW = 1.4  # half-width of the zoomed section, over the largest |s| of the lines
 
 
@@ -67,9 +68,10 @@ def sections(scene: Scene) -> Figure:
         contour = scene.bodies["lower"].contour
         patch = contour.position(scene.patch.s + np.linspace(-scene.patch.b, scene.patch.b, 9))
         near.plot(*patch, color="black", linewidth=4, label="patch")
-        for line in scene.lines:
+        for number, line in enumerate(scene.lines):  # in the colours that they have on the developed surface
             points = contour.position(line.s if line.along == "s" else line.s[:1])
-            near.plot(*points, "k:" if line.along == "s" else "kx", linewidth=1.5, label=f"line {line.name}")
+            look = {"color": f"C{number}", "markeredgewidth": 1.5, "zorder": ON_TOP}
+            near.plot(*points, ":" if line.along == "s" else "x", label=f"line {line.name}", **look)
         if contour.joints:
             joints = contour.position(np.array(contour.joints))
             near.plot(*joints, "ko", markersize=4, mfc="white", label="arc/flank joint")
@@ -116,8 +118,8 @@ def _closing(body: Body, right: Array, left: Array) -> Array:
 
 def _draw_plan(axes: Axes, scene: Scene, side: int = 1) -> None:
     """Draw lines and patch on the developed surface; side -1: mirrored in s."""
-    for line in scene.lines:
-        axes.plot(side * line.s, line.x, linewidth=1.2, label=f"line {line.name}")
+    for number, line in enumerate(scene.lines):
+        axes.plot(side * line.s, line.x, color=f"C{number}", linewidth=1.2, label=f"line {line.name}")
     a, b, centre = scene.patch.a, scene.patch.b, side * scene.patch.s
     axes.fill(centre + b * np.array([-1, 1, 1, -1]), [-a, -a, a, a], color="black", label="patch")
     for s in scene.bodies["lower"].contour.joints:

@@ -71,7 +71,7 @@ def expected_advice(scene: Scene, question: Question, expectation: Expectation) 
             f"{ics_symbol(simplest)} is also accurate enough: expected error at most {bounds[simplest]:.1%}."
         )
     text = (
-        f"Use {label}: {', '.join(question.names)} with an expected error of at most "
+        f"Use {label}: the expected error of {', '.join(question.names)} is at most "
         f"{bounds[closest]:.2%} (tolerance {question.tolerance:.2%}). {' '.join([*known, OF_ICS_ALONE])}"
     )
     return Advice(question, closest, {"contact": {"ics": [closest]}}, bounds[closest], text, label=label)

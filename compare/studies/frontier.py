@@ -262,10 +262,13 @@ def advise(dataset: xr.Dataset, question: Question) -> Advice:
     number = cheapest(errors.bound.values, errors.seconds.values, tolerance)
     if number < 0:
         nearest = errors.isel(way=int(np.argmin(np.nan_to_num(errors.bound.values, nan=np.inf))))
-        known = f"no choice of ICs meets the tolerance {tolerance:g}. The best, {nearest.way.item()}, "
+        known = (
+            f"no choice of ICs is within the tolerance of {100 * tolerance:.6g} %. The most accurate, "
+            f"{nearest.way.item()}, "
+        )
         if about_ics:
             raise Failure(
-                f"{known}has errors up to {nearest.bound.item():.2g}. Give a larger tolerance or fewer "
+                f"{known}has errors up to {nearest.bound.item():.2%}. Give a larger tolerance or fewer "
                 "components"
             )
         skipped = json.loads(dataset.attrs.get("skipped", "{}"))
@@ -274,9 +277,9 @@ def advise(dataset: xr.Dataset, question: Question) -> Advice:
             f", or a larger --budget; the present budget excluded {', '.join(left_out)}" if left_out else ""
         )
         raise Failure(
-            f"{known}has an error of up to {nearest.bound.item():.2g} in {nearest.number.item()} at "
+            f"{known}has an error of up to {nearest.bound.item():.2%} in {nearest.number.item()} at "
             f"{case_text(dataset, nearest.case.item())} (estimated error of the reference, {best}, there: "
-            f"{nearest.floor.item():.2g}). Give a larger tolerance, fewer numbers, or more "
+            f"{nearest.floor.item():.2%}). Give a larger tolerance, fewer numbers, or more "
             f"contact.elements{more}"
         )
     way = errors.isel(way=number)
@@ -297,14 +300,14 @@ def advise(dataset: xr.Dataset, question: Question) -> Advice:
             changes["engine"] = {"tolerance": tolerance_of_c}
             settings.append(f"engine.tolerance = {tolerance_of_c:g}")
         label = " with ".join(filter(None, [f"contact.ics = [{ics!r}]", " and ".join(settings)]))
-        how = "its own estimated error" if name == best else f"measured against {best}"
+        how = "the estimated error of this C" if name == best else f"measured against {best}"
         judged, points = (dataset[count].sum("case") for count in ("judged", "points"))
         counts = {
             one: (judged.sel(number=one).item(), points.sel(number=one).item()) for one in question.names
         }
         text = " ".join(
             [
-                f"Use {label}: {', '.join(question.names)} with an error of at most {bound:.2%} (tolerance "
+                f"Use {label}: the error of {', '.join(question.names)} is at most {bound:.2%} (tolerance "
                 f"{tolerance:.2%}).",
                 f"Largest error: {way.number.item()} at {case_text(dataset, way.case.item())}, {how}.",
                 *(

@@ -39,9 +39,11 @@ from compare.campaigns.report.tables import (
     answer_note,
     answer_table,
     cost_table,
+    doubts,
     failure_table,
     field_tables,
     has_crossings,
+    largest_sentence,
     main_axis,
     write_crossings,
 )
@@ -77,7 +79,8 @@ def sweep_page(dataset: xr.Dataset, fields: Sequence[Field]) -> Page:
     answer = answer_table(ratings[0], dataset) if ratings else None
     note = [Section("", [Note(answer_note(ratings[0], dataset))])] if ratings else []
     sections = chain(note, _chart_sections(dataset, fields), _folded_sections(dataset, fields))
-    return Page(str(dataset.attrs["title"]), count_scenes(dataset), sections, answer)
+    summary = " ".join([*(largest_sentence(field, dataset) for field in ratings[:1]), count_scenes(dataset)])
+    return Page(str(dataset.attrs["title"]), summary, sections, answer, list(doubts(dataset)))
 
 
 def count_scenes(dataset: xr.Dataset) -> str:
@@ -136,7 +139,10 @@ LINES = f"Lines: {join_words(f'{100 * level:g}' for level in LEVELS)} %."
 
 
 def _chart_sections(dataset: xr.Dataset, fields: Sequence[Field]) -> Iterator[Section | Folded]:
-    """Yield the charts: the advice, then curves over one axis, maps over two, points of random scenes."""
+    """Yield the charts: the advice, then curves over one axis, maps over two, points of random scenes.
+
+    Only the advice and the first field are shown at once.
+    """
     axes = swept(read_axes(dataset))
     if not axes:
         return
@@ -149,7 +155,7 @@ def _chart_sections(dataset: xr.Dataset, fields: Sequence[Field]) -> Iterator[Se
         ]
         yield Section("Which ICs are accurate enough", shown)
     ratings = [field for field in fields if field.rates_ics]
-    for field in sorted(fields, key=lambda field: not field.rates_ics):
+    for number, field in enumerate(sorted(fields, key=lambda field: not field.rates_ics)):
         if "sample" not in failed.dims and len(axes) > 1:
             sections = [*_map_sections(field, axes, failed, meanings)]
         else:
@@ -159,7 +165,7 @@ def _chart_sections(dataset: xr.Dataset, fields: Sequence[Field]) -> Iterator[Se
             sections[0] = replace(sections[0], blocks=[answer_table(field, dataset), *sections[0].blocks])
         elif field in ratings and not advice:
             sections[0] = replace(sections[0], heading="")
-        yield from sections
+        yield from sections if not number else (Folded(one.heading, one.blocks) for one in sections)
 
 
 def _line_blocks(field: Field, axes: Sequence[ShownAxis], meanings: str) -> Iterator[Block]:

@@ -1,7 +1,8 @@
 """The tables of a campaign: largest numbers, and where they exceed levels along an axis of the campaign."""
 
 import csv
-from collections.abc import Callable, Iterable, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import product
 from pathlib import Path
 
@@ -31,7 +32,7 @@ from compare.campaigns.report.fields import (
 from compare.report.errors import colour
 from compare.report.looks import ics_symbol
 from compare.report.parts import join_words
-from compare.report.tables import ROUNDING, Cell, Column, Row, Table, with_estimate
+from compare.report.tables import ROUNDING, Cell, Column, Row, Table, number_text, with_estimate
 from femic.cache.files import replacing
 from geometries.arrays import Array
 
@@ -179,19 +180,18 @@ OVER = [f"more than {share(level)}" for level in LEVELS]  # heads
 
 
 def answer_table(field: Field, dataset: xr.Dataset) -> Table:
-    """Return the largest numbers of the first columns with their estimates; below, where they are large."""
+    """Return the largest numbers of the first columns; below, in how many scenes they are small."""
     axes, columns = swept(read_axes(dataset)), field.columns[:MOST_COLUMNS]
 
     def cell(part: Field) -> Cell:
         if (largest := _largest(part, dataset)) is None:
             return Cell(np.nan)
         text, size, _ = largest
-        below = ""
+        below = [counts_text(part)]
         if axes and is_grid(dataset):
-            below = crossing_cell(_sizes(part), axes, REPORTED).text
-        elif axes:
-            below = f"{share_over(_sizes(part), REPORTED)} of scenes"
-        return Cell(text, below=below, colour=colour(size))
+            crossing = crossing_cell(_sizes(part), axes, REPORTED).text
+            below += [f"exceeded {crossing}"] if crossing != NOWHERE else []
+        return Cell(text, below="; ".join(below), colour=colour(size))
 
     rows = [
         Row(ics_symbol(row), [cell(field.select(rows=[row], columns=[column])) for column in columns])
@@ -203,12 +203,57 @@ def answer_table(field: Field, dataset: xr.Dataset) -> Table:
 def answer_note(field: Field, dataset: xr.Dataset) -> str:
     """Return what the table that begins the page shows."""
     axes = swept(read_axes(dataset))
-    where = "the fraction of the scenes in which it exceeds"
+    where = ""
     if axes and is_grid(dataset):
-        where = f"where along {main_axis(axes).label}, interpolated linearly between scenes, it most exceeds"
+        where = (
+            f", and where along {main_axis(axes).label} it is exceeded in the worst case (interpolated "
+            "linearly between scenes)"
+        )
+    several = len(field.columns) > MOST_COLUMNS
+    more = " “Largest numbers, and where they occur” has all columns." if several else ""
     return (
-        f"Largest value over all scenes, ± its estimated error from {field.reference}; below, {where} "
-        f"{share(REPORTED)}. At most {MOST_COLUMNS} columns; the tables at the end have all."
+        f"Largest {field.kind} over all scenes, ± the estimated error of {field.reference}. Below: in how "
+        f"many of the computed scenes it is within {share(REPORTED)}, ± included{where}. “Not decided”: ± "
+        f"leaves it open.{more}"
+    )
+
+
+def verdict_counts(field: Field) -> dict[str, int]:
+    """Return how many numbers of a field are within `REPORTED`, are not, and are not decided.
+
+    A number with its estimate decides; an estimate that is not known counts as 0.
+    """
+    sizes = field.sizes
+    floor = xr.zeros_like(sizes) if field.floor is None else field.floor.fillna(0.0)
+    known, yes, no = sizes.notnull(), sizes + floor <= REPORTED, sizes - floor > REPORTED
+    counts = {"yes": yes, "no": no, "not decided": known & ~yes & ~no}
+    return {verdict: int(each.sum()) for verdict, each in counts.items()}
+
+
+def counts_text(field: Field) -> str:
+    """Return in how many of the known scenes numbers are within `REPORTED`."""
+    counts = verdict_counts(field)
+    text = f"within {share(REPORTED)}: {counts['yes']} of {sum(counts.values())}"
+    return f"{text}, not decided: {counts['not decided']}" if counts["not decided"] else text
+
+
+def largest_sentence(field: Field, dataset: xr.Dataset) -> str:
+    """Return the largest numbers of the first column, the smallest first, and which ICs are always close."""
+    column, found = field.columns[0], dict[str, tuple[float, list[str]]]()
+    for row in field.rows:
+        if largest := _largest(field.select(rows=[row], columns=[column]), dataset):
+            found.setdefault(largest[0], (largest[1], []))[1].append(ics_symbol(row))
+    ordered = sorted(found.items(), key=lambda item: item[1][0])
+    errors = "; ".join(f"{text} % with {join_words(symbols)}" for text, (_, symbols) in ordered)
+    always, unknown = list[str](), list[str]()
+    for row in field.rows:
+        counts = verdict_counts(field.select(rows=[row]))
+        if counts["yes"] and not counts["no"]:
+            (unknown if counts["not decided"] else always).append(ics_symbol(row))
+    more = f" (not decided: {join_words(unknown)})" if unknown else ""
+    return (
+        f"Largest {field.kind} of {plain(column)} over all scenes: {errors}. Within {share(REPORTED)} in "
+        f"every computed scene and column: {join_words(always) or 'none'}{more}."
     )
 
 
@@ -307,7 +352,9 @@ def _largest(field: Field, dataset: xr.Dataset) -> tuple[str, float, str] | None
     worst, estimate = float(values.values[place]), np.nan
     if field.floor is not None:
         estimate = float(field.floor.isel({COLUMN: 0}).transpose(*swept_dims(dataset)).values[place])
-    text = with_estimate(100 * worst, 100 * estimate) if estimate > ROUNDING else f"{100 * worst:.3g}"
+    text = (
+        with_estimate(100 * worst, 100 * estimate) if estimate > ROUNDING else number_text(100 * worst, ".3g")
+    )
     sign = "+" if field.kind == "deviation" and worst > 0 else ""
     return "0" if abs(worst) < ROUNDING else sign + text, abs(worst), point_name(dataset, place)
 
@@ -316,6 +363,7 @@ def _largest(field: Field, dataset: xr.Dataset) -> tuple[str, float, str] | None
 
 
 MOST_FAILURES = 20
+MOST_REASONS = 3  # for failures, that the head of the page has
 SLOWEST = 3
 
 
@@ -324,6 +372,20 @@ def advice_table(advice: Advice) -> Table:
     advised, kinds = advice
     rows = [Row(name, [str(int((advised == k).sum()))]) for k, name in enumerate(kinds)]
     return Table("cheapest ICs that are accurate enough", ["scenes"], rows)
+
+
+def doubts(dataset: xr.Dataset) -> Iterator[str]:
+    """Yield how many scenes failed and why, the most frequent reasons first, and how many are missing."""
+    scenes, computed, failed = (int(dataset.attrs[name]) for name in ("scenes", "computed", "failed"))
+    if failed:
+        texts = dataset["failure"].values.astype(str).ravel()
+        reasons = Counter(text.partition("\n")[0] for text in texts if text)
+        shown = "; ".join(f"{count} × {reason}" for reason, count in reasons.most_common(MOST_REASONS))
+        rest = len(reasons) - MOST_REASONS
+        more = f"; further reasons: {rest}" if rest > 0 else ""
+        yield f"Failed: {failed} of {scenes} scenes ({shown}{more}). Their numbers are missing below."
+    if missing := scenes - computed - failed:
+        yield f"Not computed yet: {missing} of {scenes} scenes. The largest numbers may still grow."
 
 
 def failure_table(dataset: xr.Dataset) -> Table | None:

@@ -112,7 +112,7 @@ def as_entry(
         "failed": failed,
         "unmet": [
             f"{criterion.description}: {case}: {value:.4g} (not {criterion.relation} "
-            f"{criterion.threshold:.3g}{'; too close to decide' if criterion.close(value) else ''})"
+            f"{criterion.threshold:.3g}{'; not decided' if criterion.close(value) else ''})"
             for criterion, measured in criteria
             for case, value in measured.items()
             if not criterion.met(value)
@@ -227,7 +227,7 @@ def summary(entries: Sequence[Entry]) -> str:
         listed = (f"{counts[verdict]} {how}" for verdict, how in IN_CASES.items() if counts[verdict])
         sentences.append(f"Statements {subject} ({len(chosen)}): {', '.join(listed)}.")
     count, met, close = (sum(_count(entry, key) for entry in entries) for key in ("values", "met", "close"))
-    undecided = f"; not decided because they are too close to a threshold: {close}" if close else ""
+    undecided = f"; not decided: {close}" if close else ""
     return " ".join([*sentences, f"Numbers that meet their criteria: {met} of {count}{undecided}."])
 
 
@@ -363,7 +363,7 @@ def _number(value: float | None) -> float:
 
 
 def _close(criterion: Entry, case: str) -> str:
-    return " (too close to decide)" if criterion["close"][case] else ""
+    return " (not decided)" if criterion["close"][case] else ""
 
 
 def _numbers_table(entry: Entry) -> Table:

@@ -1,8 +1,8 @@
 """Statement 25: how often errors of random contacts are within their estimates, and their ratios.
 
-Contacts are of a wheel on a rail: arcs and ellipses, unsymmetric, half of them off the crown. In a quarter of
-them a hump of the distance parts the contact into patches, which differ in size. Each is solved on a grid, a
-coarser and a much finer one.
+Contacts are of a wheel on a rail: arcs and ellipses, unsymmetric, half of them beside the crown. In a quarter
+of them a hump of the distance parts the contact into patches, which differ in size. Each is solved on a grid,
+a coarser and a much finer one.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

@@ -13,11 +13,13 @@ from compare.pages.calibration import (
     REFITTED,
     WITHOUT,
     answer_table,
+    doubts,
     fits,
     ics_with_other_c,
     other_c,
     summary,
     translation,
+    verdict,
 )
 from compare.report.errors import percent
 from compare.report.interactive import plotly_js
@@ -171,11 +173,27 @@ def test_translation_is_least_squares_solution(calibrated):
 
 def test_summary_has_the_errors_without_and_with_the_fit(calibrated):
     errors = calibrated.errors.error.sel(body="combined", i="x", j="n")
-    change = " → ".join(percent(errors.sel(variant=name).item()) for name in ("Bhat", "Bhat_prime"))
-    said = "Largest errors of the fitted components on the lines of the scene, with B̂ → with B̂′: "
-    assert f"{said}mine, combined C_xn {change}." in summary([calibrated])
-    two = summary([calibrated, renamed(calibrated)])
-    assert two.endswith(f"mine, combined C_xn {change}, other, combined C_xn {change}.")
+    before, after, known = (percent(errors.sel(variant=one).item()) for one in ("Bhat", "Bhat_prime", "C"))
+    change = f"combined C_xn: {before} with B̂, {after} with B̂′, ± {known} (better)"
+    said = "Largest errors on the lines of the scene, ± the estimated error of C: "
+    assert summary([calibrated]).startswith(f"{said}mine, {change}. ")
+    assert f"{said}mine, {change}; other, {change}. " in summary([calibrated, renamed(calibrated)])
+
+
+@pytest.mark.parametrize(
+    ("after", "expected"), [(0.02, "better"), (0.08, "worse"), (0.045, "not decided"), (0.05, "the same")]
+)
+def test_fit_is_better_only_by_more_than_the_estimate(after, expected):
+    assert verdict(0.05, after, 0.01) == expected
+
+
+def test_components_that_the_fit_makes_worse_are_doubts(calibrated):
+    errors = calibrated.errors.copy(deep=True)
+    at = {"variant": "Bhat_prime", "body": "combined", "i": "n", "j": "n"}
+    errors.error.loc[at] = errors.error.sel(at | {"variant": "Bhat"}).item() + 1.0
+    (worse,) = (text for text in doubts([replace(calibrated, errors=errors)]) if "worse" in text)
+    assert worse.startswith("mine, combined: B̂′ is worse than B̂ in ")
+    assert "nn" in worse
 
 
 def renamed(calibrated):

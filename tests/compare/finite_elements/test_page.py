@@ -11,6 +11,7 @@ from compare.pages.finite_elements import (
     cost,
     details,
     deviations,
+    doubts,
     exceeds,
     summary,
     write_fe_contact,
@@ -83,7 +84,8 @@ def test_only_deviations_beyond_the_estimate_exceed_a_share(dataset):
 def test_summary_states_pressure_by_finite_elements_and_deviations(dataset):
     assert summary(dataset) == (
         "p_max by finite elements (FE) at 100 kN: 10.000 ± 0.050 MPa. "
-        "Largest differences of p_max from finite elements: A +20.0%, C +0.4%."
+        "Largest differences of p_max from finite elements (± is the estimated error of FE): "
+        "A +20.00 ± 0.50 %; C +0.4 ± 0.5 %."
     )
 
 
@@ -151,9 +153,10 @@ def test_load_without_solution_by_finite_elements_is_reported_and_drawn_without_
         some[name] = dataset[name].where(dataset.case != LOADS[2])
     assert "Finite elements: 2,000 unknowns in the modelled part of the bodies, 2 s per load" in cost(some)
     assert "carry the load to 0.002" in cost(some)
-    text = summary(some.assign_attrs(left_out="100000 N: too much"))
-    assert text.endswith("Finite elements found no solution for 100000 N: too much")
-    assert "at 10 kN: 10.000 ± 0.050 MPa" in text
+    unsolved = some.assign_attrs(left_out="100000 N: too much")
+    assert doubts(unsolved) == ["Finite elements found no solution for 100000 N: too much"]
+    assert doubts(some) == []
+    assert "at 10 kN: 10.000 ± 0.050 MPa" in summary(unsolved)
     _, table = details(some)
     assert read_texts(table)["A"][0] == "+6.0%"
     assert answer_chart(some).first == 1

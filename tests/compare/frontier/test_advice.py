@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 from compare.pages.frontier import chart, evidence
-from compare.pages.ics import SceneICs, error_against_seconds, error_table
+from compare.pages.ics import SceneICs, error_table, largest_errors
 from compare.report.errors import error_cell
 from compare.studies import frontier as advising
 from compare.studies.frontier import Method, Question, advise, frontier_for
@@ -154,18 +154,17 @@ def test_errors_of_run_and_their_tables():
     assert tables["rms"]["A"][1][0] == f"{100 * of_a_sine:.1f} %"
 
 
-def test_marks_of_vanishing_components_are_hollow():
-    results = hand_made(["nn", "xn", "sn"])
-    seconds = {f"{variant} {body}": one for (variant, body), one in results.seconds.items()}
-    attributes = {"components": json.dumps(results.scene.components), "seconds": json.dumps(seconds)}
+def test_answer_tells_components_that_vanish_and_their_weight():
+    results = hand_made(["xn", "sn"])
+    attributes = {"components": json.dumps(results.scene.components), "scene": ""}
     ics = to_dataset_of(results).assign_attrs(attributes)
-    panel, *_ = error_against_seconds(SceneICs(ics, errors(results, ics))).cells
-    hollow, marks = ([c for c in panel.curves if c.look.marker.endswith("-open") == h] for h in (True, False))
-    assert [len(curve.y) for curve in hollow] == [1] * len(results.variants)
-    assert [len(curve.y) for curve in marks] == [2] * len(results.variants)
-    assert [curve.label for curve in marks] == [curve.label for curve in hollow]
-    assert panel.log_x
-    assert panel.log_y
+    worst = largest_errors(SceneICs(ics, errors(results, ics)))["cross terms"].sel(variant="A")
+    assert worst.component == "xn"
+    assert not worst.vanishes
+    assert worst.error.item() == pytest.approx(1)
+    assert worst.weight.item() == pytest.approx(SMALL)
+    assert worst.estimate.item() == pytest.approx(2e-5 / SMALL)
+    assert worst.verdict == "no"
 
 
 def test_cell_of_vanishing_c_has_weight_but_no_share():

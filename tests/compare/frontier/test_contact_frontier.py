@@ -135,7 +135,7 @@ def test_advise_and_frontier_of_a_contact(write, tmp_path, capsys, monkeypatch):
     printed = " ".join(capsys.readouterr().out.split())
     for part in (
         "Use contact.ics = [",
-        "p_max, b with an error of at most",
+        "the error of p_max, b is at most",
         "relative to the number itself",
         "measured against C",
     ):
@@ -167,7 +167,7 @@ def test_scene_takes_the_cheapest_ics_for_what_it_wants(write, tmp_path, capsys,
     dataset = xr.open_dataset(out / "contact.nc")
     assert list(dataset.ics.values) == [chosen.ics]
     assert because in dataset.attrs["choice"]
-    accuracy = "p_max with an expected error of at most" if known else "p_max with an error of at most"
+    accuracy = "the expected error of p_max is at most" if known else "the error of p_max is at most"
     assert accuracy in (out / "contact.html").read_text(encoding="utf-8")
 
 
@@ -189,7 +189,7 @@ def test_what_is_expected_may_decide_without_c(write, tolerance, ics):
     assert frontier is None
     assert advice.changes == {"contact": {"ics": [ics]}}
     advised = advice.text
-    assert "p_max with an expected error of at most 8.00%" in advised
+    assert "the expected error of p_max is at most 8.00%" in advised
     assert f"p_max with {ics}: as in others." in advised
     assert ("A is also accurate enough: expected error at most 30.0%." in advised) == (tolerance == 0.3)
     assert advised.endswith(

@@ -1,7 +1,6 @@
 """`femic frontier` and `femic advise`: the front, the budget, and that advice keeps what it promises."""
 
 import json
-import re
 
 import numpy as np
 import pytest
@@ -11,6 +10,7 @@ from hypothesis import strategies as st
 
 from compare.pages import frontier as frontier_report
 from compare.pages.frontier import ALL, FLOOR_LABEL, chart, error_text, time_text
+from compare.report.errors import percent
 from compare.report.interactive import plotly_js
 from compare.studies import frontier
 from compare.studies.frontier import (
@@ -132,7 +132,7 @@ def test_advice_meets_tolerance_at_least_cost(made, tolerance, components, body)
         (
             (COMPONENTS, 1e-7, "combined"),
             Failure,
-            r"no choice of ICs meets the tolerance 1e-07\. The best, harmonic 0\.0?1, has",
+            r"no choice of ICs is within the tolerance of 1e-05 %\. The most accurate, harmonic 0\.0?1, has",
         ),
         ((("ss",), 0.1, "combined"), WrongInput, "component = ss: the scene has nn"),
         ((("nn",), 0.1, "upper"), WrongInput, "body = upper"),
@@ -221,19 +221,20 @@ def test_command_writes_report_and_solves_nothing_twice(made, tmp_path, monkeypa
     capsys.readouterr()
 
 
-def test_summary_names_the_closest_approximation_and_the_fastest_c(made):
+def test_summary_names_the_cheapest_choice_within_the_tolerance_of_the_scene_or_the_most_accurate(made):
     *_, dataset = made
     text = frontier_report.summary(dataset)
-    assert len(re.findall(r"\.(?: |$)", text)) == 2
-    bounds = error_bounds(dataset, "combined")
-    closest = bounds.max("component").where(dataset.kind == "approximation").idxmin("way").item()
-    component = bounds.sel(way=closest).idxmax("component").item()
-    error = worst(dataset, [component], "combined").sel(way=closest)
-    off = f"with a largest error of {error_text(error)} % ({component})"
-    assert f"the closest approximation is {error.label.item()}, {off}, in " in text
-    seconds = dataset.seconds.sel(body="combined").where(dataset.kind == "harmonic")
-    assert f"the fastest C is {dataset.label.sel(way=seconds.idxmin('way')).item()}, " in text
-    assert f"in {time_text(seconds.min().item())}. Errors are relative to C, " in text
+    seconds = dataset.seconds.sel(body="combined").values
+    for subject, names in (("nn", ["nn"]), ("all components", list(COMPONENTS))):
+        errors = worst(dataset, names, "combined")
+        number = cheapest(errors.bound.values, seconds, 0.02)
+        nearest = number if number >= 0 else int(np.nanargmin(errors.bound.values))
+        label, time = dataset.label.values[nearest], time_text(seconds[nearest])
+        (part,) = (part for part in text.partition(". ")[0].split("; ") if subject in part)
+        assert part.endswith(f", {label} in {time}" if number >= 0 else f" %, {time})")
+        assert label in part
+    floors = worst(dataset, COMPONENTS, "combined").floor.sel(way=dataset.attrs["best"]).item()
+    assert text.endswith(f"whose estimated error is at most {percent(floors)}.")
 
 
 def test_answer_has_the_cheapest_ways_with_their_errors_and_time(made):
@@ -248,10 +249,29 @@ def test_answer_has_the_cheapest_ways_with_their_errors_and_time(made):
             number = cheapest(errors.bound.values, seconds, tolerance)
             if number < 0:
                 assert cell.text == "none"
-                continue
-            way = errors.isel(way=number)
-            assert cell.text == dataset.label.values[number]
-            assert cell.below == f"{error_text(way)} %, {time_text(seconds[number])}"
+                number = int(np.nanargmin(errors.bound.values))
+                assert cell.below.startswith(f"most accurate: {dataset.label.values[number]}, ")
+            else:
+                assert cell.text == dataset.label.values[number]
+            assert cell.below.endswith(
+                f"{error_text(errors.isel(way=number))} %, {time_text(seconds[number])}"
+            )
+
+
+def test_answer_has_a_row_of_the_tolerance_of_the_scene(made):
+    *_, dataset = made
+    tight = dataset.assign_attrs(scene="ics_tolerance = 0.005")
+    assert [row.name for row in frontier_report.answer_table(tight).rows][-1] == "0.5 %"
+    assert "within the tolerance of 0.5 %: " in frontier_report.summary(tight)
+
+
+def test_choices_that_are_left_out_are_doubts(made):
+    *_, dataset = made
+    skipped = {"C 0.01": "about 9 s, but 3 s of the budget are left", "solid 0.1": "no solution: no fit"}
+    budget, unsolved = frontier_report.doubts(dataset.assign_attrs(skipped=json.dumps(skipped)))
+    assert "C 0.01" in budget
+    assert "solid 0.1" in unsolved
+    assert not list(frontier_report.doubts(dataset.assign_attrs(skipped="{}")))
 
 
 def test_points_of_the_chart_are_errors_and_seconds_and_its_front_is_not_dominated(made):

@@ -108,3 +108,21 @@ def test_no_line_crosses_a_body_from_one_end_of_its_contour_to_the_other():
     for line in whole.get_lines():
         lengths = np.hypot(*np.diff(line.get_xydata(), axis=0).T)
         assert np.max(lengths) < 0.1 * reach
+
+
+def test_a_line_has_the_same_colour_in_the_section_and_on_the_surface_and_marks_are_alike():
+    scene = load_scene("geometry1")
+    _, near, plan = sections(scene).axes
+    shown = {
+        line.name: [
+            next(one for one in axes.get_lines() if one.get_label() == f"line {line.name}")
+            for axes in (near, plan)
+        ]
+        for line in scene.lines
+    }
+    assert len({one.get_color() for one, _ in shown.values()}) == len(scene.lines)
+    assert all(one.get_color() == other.get_color() for one, other in shown.values())
+    marks = [shown[line.name][0] for line in scene.lines if line.along == "x"]
+    assert len(marks) == 2
+    assert len({(one.get_marker(), one.get_markersize(), one.get_markeredgewidth()) for one in marks}) == 1
+    assert all(one.get_zorder() > max(patch.get_zorder() for patch in near.patches) for one in marks)

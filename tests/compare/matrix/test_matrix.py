@@ -90,7 +90,7 @@ def test_file_contains_ics_estimates_and_attributes(made):
 def test_report_shows_maps(made):
     html = (made[1] / "matrix.html").read_text(encoding="utf-8").replace(plotly_js(), "")
     pictures = {path.name for path in (made[1] / "figures").iterdir()}
-    assert pictures == {f"matrix_response_{component}.svg" for component in COMPONENTS}
+    assert pictures == {"matrix_maps.svg", *(f"matrix_response_{component}.svg" for component in COMPONENTS)}
     assert html.count("data:image/svg+xml") == len(pictures)
     assert "expected / actual" in html
 
@@ -128,11 +128,11 @@ def test_answer_and_summary_have_the_numbers_of_each_matrix(matrix):
     estimates, defects = (by_body(matrix, name) for name in ("estimated_error", "reciprocity_defect"))
     eigenvalues = by_body(matrix, "smallest_eigenvalue")
     body, worst = max(estimates.items(), key=lambda item: item[1]["total"])
-    text = page.summary(matrix, "matrix.nc (0.1 MB)")
-    assert text.startswith("matrix.nc (0.1 MB) holds C for 4 strips and 5 lags. The largest estimated error ")
-    assert f"error is {100 * worst['total']:.2f} % ({worst['component']}, {body}). " in text
+    text = page.summary(matrix, "matrix.nc (0.1 MB)", 0.5)
+    assert text.startswith("matrix.nc (0.1 MB) holds C for 4 strips and 5 lags. C is converged: its largest ")
+    assert f"error is {100 * worst['total']:.2f} % ({worst['component']}, {body}), the tolerance" in text
     checks = [ColumnCheck("lower", strip, 0.002, "xn", 0.005, 0.3 + strip / 10, 9.0) for strip in (0, 1)]
-    answer = page.answer_table(matrix, checks)
+    answer = page.answer_table(matrix, checks, 0.5)
     assert [row.name for row in answer.rows] == ["combined", "lower", "upper"]
     for row in answer.rows:
         estimate, defect, eigenvalue, check = (cell.text for cell in row.filled)
@@ -144,11 +144,30 @@ def test_answer_and_summary_have_the_numbers_of_each_matrix(matrix):
             assert float(defect.split()[0]) == pytest.approx(100 * defects[row.name]["worst"], rel=0.05)
         assert float(eigenvalue) == pytest.approx(eigenvalues[f"{row.name}, discounted"], abs=0.005)
         assert check == ("0.40" if row.name == "lower" else "–")
-    assert len(page.answer_table(matrix, []).heads) == 3
+    assert len(page.answer_table(matrix, [], 0.5).heads) == 3
 
 
-def test_curves_and_maps_are_the_matrix_of_the_file(solved, matrix, made):
-    content = read_chart(chart(response(solved[0], matrix, solved[1], 2)))
+@pytest.mark.parametrize(("share", "is_within"), [(1.01, True), (0.99, False)])
+def test_c_above_the_tolerance_is_a_doubt(matrix, share, is_within):
+    worst = max(one["total"] for one in by_body(matrix, "estimated_error").values())
+    doubts = list(page.doubts(matrix, [], share * worst))
+    assert (doubts == []) == is_within
+    assert ("C is converged" in page.summary(matrix, "", share * worst)) == is_within
+    below = {cell.below for row in page.answer_table(matrix, [], share * worst).rows for cell in row.filled}
+    assert ("within the tolerance: no" in below) != is_within
+
+
+def test_negative_work_and_engines_apart_are_doubts(matrix):
+    eigenvalues = by_body(matrix, "smallest_eigenvalue") | {"lower, raw": -0.2}
+    negative = matrix.assign_attrs(smallest_eigenvalue=json.dumps(eigenvalues))
+    checks = [ColumnCheck("upper", 1, 0.02, "xn", 0.01, ratio, 9.0) for ratio in (0.9, 2.0)]
+    work, apart = page.doubts(negative, checks, 1.0)
+    assert "lower, raw" in work
+    assert apart.startswith("upper, strip 1: the solid engine differs from C by 2 times")
+
+
+def test_maps_are_the_matrix_of_the_file(solved, matrix, made):
+    content = read_chart(page.maps(response(solved[0], matrix, solved[1], 2)))
     assert content["labels"] == list(COMPONENTS)
     with xr.open_dataset(made[1] / "matrix.nc", engine="h5netcdf") as file:
         per_load = PER_KILONEWTON * file.isel(loaded=2) / (file.attrs["dx"] * file.attrs["ds"])

@@ -84,7 +84,7 @@ def test_the_page_of_statements_counts_verdicts_and_lists_statements_by_them(sta
     assert statements.summary == (
         "Statements from the source [BVSV] (2): 1 in some cases only, 1 not decided. "
         "Statements on this program (1): 1 reproduced in every case. "
-        "Numbers that meet their criteria: 3 of 7; not decided because they are too close to a threshold: 1."
+        "Numbers that meet their criteria: 3 of 7; not decided: 1."
     )
     assert {row.name: texts_of(row) for row in statements.answer.rows} == {
         "reproduced": ["none", "1: 14"],
@@ -108,7 +108,7 @@ def test_criteria_have_their_ranges_what_is_not_met_worst_first_and_the_curves_o
     }
     assert isinstance(numbers, Folded)
     rows = [texts_of(row) for row in numbers.blocks[0].rows]
-    assert rows[3] == ["geometry2, upper", "0.1001", "", "< 0.1", "no (too close to decide)"]
+    assert rows[3] == ["geometry2, upper", "0.1001", "", "< 0.1", "no (not decided)"]
     assert rows[-1][:2] == ["C", "2"]
     for curve, label, values in zip(drawn(chart), "CA", (X**2, X), strict=True):
         assert curve[0] == label

@@ -7,6 +7,7 @@ import xarray as xr
 from compare.campaigns.report.fields import COLUMN, ROW, ShownAxis, find_fields, prepare
 from compare.campaigns.report.page import write_sweep
 from compare.campaigns.report.tables import answer_table, worst_table
+from compare.report.tables import MINUS
 from tests.compare.campaigns.report.datasets import ESTIMATE, FLANKS, error, keeping
 
 
@@ -51,9 +52,9 @@ def test_shares_of_contacts_with_friction_are_compared_as_differences(curve, tmp
     np.testing.assert_allclose(reference.values.sel({COLUMN: "sliding [1]"}), 1.0)
     (row,) = answer_table(off, kept).rows
     assert [(cell.text, cell.below) for cell in row.cells] == [
-        ("+10.0 ± 3.0", "everywhere"),
-        ("+7", "everywhere"),
-        ("-30", "everywhere"),
+        ("+10.0 ± 3.0", "within 5 %: 0 of 7; exceeded everywhere"),
+        ("+7", "within 5 %: 0 of 7; exceeded everywhere"),
+        (f"{MINUS}30", "within 5 %: 0 of 7; exceeded everywhere"),
     ]
     text = write_sweep(kept, tmp_path).read_text(encoding="utf-8")
     assert "the estimated error of B̂" in text
@@ -91,7 +92,10 @@ def test_half_spaces_are_compared_with_true_bodies(curve, tmp_path):
     assert (true.kind, true.columns) == ("value", [f"{column} [MPa]" for column in columns])
     np.testing.assert_allclose(true.values.sel({COLUMN: true.columns[1]}), 400.0)
     (row,) = answer_table(off, kept).rows
-    assert [cell.below for cell in row.cells] == ["above 10", "nowhere"]
+    assert [cell.below for cell in row.cells] == [
+        "within 5 %: 1 of 7, not decided: 1; exceeded above 10",  # at 10 it is 5 ± 1 %
+        "within 5 %: 7 of 7",
+    ]
     text = write_sweep(kept, tmp_path).read_text(encoding="utf-8")
     assert "the estimated error of actual bodies" in text
 

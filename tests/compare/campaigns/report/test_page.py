@@ -1,5 +1,7 @@
 """The page of a campaign: its answer, failures, random points, advice, and what is on request."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -32,9 +34,35 @@ def test_answer_has_the_largest_errors_with_estimates_and_where_they_are_too_lar
     for symbol, variant in (("A", "A"), ("B̂", "Bhat")):
         largest, known = 100 * datasets.error(variant, 60), 100 * datasets.ESTIMATE
         assert percent[symbol] == [f"{largest / 10:.3f} ± {known / 10:.3f}", f"{largest:.2f} ± {known:.2f}"]
-    assert table.rows[0].cells[1].below == f"above {datasets.crossing('A', 0.05):.1f}"
-    assert table.rows[1].cells[1].below == "nowhere"
-    assert "where along flank [u], interpolated linearly" in tables.answer_note(field, grid)
+    sizes = field.sizes.sel({COLUMN: "sn"})
+    of_a, of_bhat = (int((sizes.sel({ROW: row}) + datasets.ESTIMATE <= 0.05).sum()) for row in field.rows)
+    below = [row.cells[1].below for row in table.rows]
+    assert below[0].startswith(f"within 5 %: {of_a} of 21")
+    assert below[0].endswith(f"; exceeded above {datasets.crossing('A', 0.05):.1f}")
+    assert below[1] == f"within 5 %: {of_bhat} of 21"
+    assert "where along flank [u] it is exceeded" in tables.answer_note(field, grid)
+
+
+def test_scenes_count_as_within_only_with_the_estimate(curve):
+    """Errors of A in sn: 0.05 is 15.8 times the estimate."""
+    (field,) = find_fields(curve)
+    part = field.select(rows=["A"], columns=["sn"])
+    sizes, known = part.sizes.values.ravel(), datasets.ESTIMATE
+    expected = np.sum(sizes <= 0.05 - known), np.sum(sizes > 0.05 + known)
+    counts = tables.verdict_counts(part)
+    assert (counts["yes"], counts["no"]) == expected
+    assert counts["not decided"] == 7 - sum(expected)
+    near = part.values * 0 + 0.05 - known / 2
+    unsure = tables.verdict_counts(replace(part, values=near))
+    assert unsure == {"yes": 0, "no": 0, "not decided": 7}
+
+
+def test_summary_names_the_largest_errors_and_what_is_always_within(curve):
+    (field,) = find_fields(curve)
+    text = tables.largest_sentence(field, curve)
+    largest = [f"{100 * datasets.error(name, 60) / 10:.3f} ± 0.020 % with" for name in ("Bhat", "A")]
+    assert text.startswith(f"Largest error of nn over all scenes: {largest[0]} B̂; {largest[1]} A. ")
+    assert text.endswith("in every computed scene and column: B̂.")
 
 
 def test_answer_has_the_first_columns(grid):
@@ -50,6 +78,9 @@ def test_failed_scenes_are_reported_as_gaps(grid, tmp_path):
     table = tables.failure_table(broken)
     assert [row.name for row in table.rows][:2] == ["flank = 40, ratio = 1.05", "flank = 40, ratio = 1.2"]
     assert table.rows[0].cells == ["not converged"]
+    (doubt,) = tables.doubts(broken)
+    assert doubt == "Failed: 6 of 21 scenes (6 × not converged). Their numbers are missing below."
+    assert not list(tables.doubts(grid))
     text = write_sweep(broken, tmp_path).read_text(encoding="utf-8")
     assert "Failed scenes (6)" in text
     assert "not converged" in text
@@ -74,8 +105,10 @@ def test_rank_correlations_depend_on_order_only(samples):
 
 def test_errors_at_random_points_are_reported_as_shares_of_scenes(samples):
     (field,) = find_fields(samples)
-    over = f"{100 * float(np.mean(field.values.sel({ROW: 'A', COLUMN: 'sn'}) > 0.05)):.0f} %"
-    assert tables.answer_table(field, samples).rows[0].cells[1].below == f"{over} of scenes"
+    sizes = field.values.sel({ROW: "A", COLUMN: "sn"}).values
+    yes, no = np.sum(sizes + datasets.ESTIMATE <= 0.05), np.sum(sizes - datasets.ESTIMATE > 0.05)
+    below = tables.answer_table(field, samples).rows[0].cells[1].below
+    assert below == f"within 5 %: {yes} of 200, not decided: {200 - yes - no}"
 
 
 def test_cost_has_the_fastest_and_the_slowest_scenes(curve):
