@@ -71,10 +71,9 @@ def summary(profile: xr.Dataset) -> str:
         rms = float(np.sqrt(np.mean(residual**2)))
         changed = f"Smoothing moved its points by up to {np.max(residual):.2g} mm, {rms:.2g} mm rms."
     said = [*notes[:1]] if profile.exact else [changed, *(n for n in notes if n.startswith(UNDERSTOOD))]
-    return (
-        f"{profile.kind.capitalize()} {profile.source.removeprefix(f'{profile.kind} ')}: a curve {float(profile.s[-1]):.1f} mm long from "
-        f"the gauge side to the field side. {' '.join([fit, *said])}"
-    )
+    name = f"{profile.kind.capitalize()} {profile.source.removeprefix(f'{profile.kind} ')}"
+    length = f"a curve {float(profile.s[-1]):.1f} mm long from the gauge side to the field side"
+    return f"{name}: {length}. {' '.join([fit, *said])}"
 
 
 def doubts(profile: xr.Dataset) -> list[str]:
@@ -120,7 +119,7 @@ def answer_table(profile: xr.Dataset) -> Table:
     k = int(np.argmax(np.abs(inclination)))
     steepest = number_text(float(np.degrees(inclination[k])), ".2f")
     rows.append(Row("steepest [deg]", [steepest, *place("s y z", k)]))
-    return Table("largest", numbers("value", "at s", "at y, z"), rows)
+    return Table("", numbers("value", "at s", "at y, z"), rows)
 
 
 def _sections(profile: xr.Dataset) -> Iterator[Section | Folded]:

@@ -228,12 +228,14 @@ def _quantity_panels(dataset: xr.Dataset, quantity: Quantity) -> list[Panel]:
         curves = _by_ics(dataset.sel(side=side), quantity.name, quantity.per_unit)
         if quantity is P_MAX:
             curves += _further_patches(dataset, side)
-        panels.append(_with_zones(Panel(f"{side} wheel", SHIFT, quantity.label, curves), dataset, side))
+        panel = Panel(f"{side} wheel", SHIFT, quantity.label, curves)
+        panels.append(_with_zones(panel, dataset, side, named=True))
     for side in sides:
         curves = _differences(dataset, quantity, side)
         title, levels = f"{side} wheel, difference", (-5.0, -1.0, 1.0, 5.0)
         if curves:
-            panels.append(_with_zones(Panel(title, SHIFT, up, curves, levels=levels), dataset, side))
+            panel = Panel(title, SHIFT, up, curves, levels=levels)
+            panels.append(_with_zones(panel, dataset, side, named=False))
     return panels
 
 
@@ -264,10 +266,11 @@ def _further_patches(dataset: xr.Dataset, side: str) -> list[Curve]:
     return [Curve("further patches", at, values, FURTHER)] if at else []
 
 
-def _with_zones(panel: Panel, dataset: xr.Dataset, side: str) -> Panel:
+def _with_zones(panel: Panel, dataset: xr.Dataset, side: str, *, named: bool) -> Panel:
     """Return a panel with dotted lines half way between shifts where another part of the wheel is reached.
 
-    Beside each line, at the top, stands the part that follows. Wheels without a flange have no parts.
+    Where they are named, beside each line at the top stands the part that follows. Wheels without a flange
+    have no parts.
     """
     known = zip(dataset["shift"].values, zones(dataset, side), strict=True)
     own = [(float(shift), zone) for shift, zone in known if zone]
@@ -275,10 +278,11 @@ def _with_zones(panel: Panel, dataset: xr.Dataset, side: str) -> Panel:
         return panel
     pairs = itertools.pairwise(own)
     changes = [((first + second) / 2, zone) for (first, before), (second, zone) in pairs if zone != before]
-    top = float(np.nanmax(np.concatenate([curve.points[1] for curve in panel.curves])))
     places, names = zip(own[0], *changes, strict=True)
-    written = Curve("", places, [top] * len(places), WRITTEN, names=names)
-    return replace(panel, curves=[*panel.curves, written], marks=places[1:])
+    uppermost = [curve.points[1] if curve.band is None else curve.band_edges[1] for curve in panel.curves]
+    top = float(np.nanmax(np.concatenate(uppermost)))
+    written = [Curve("", places, [top] * len(places), WRITTEN, names=names)] if named else []
+    return replace(panel, curves=[*panel.curves, *written], marks=places[1:])
 
 
 def _by_ics(dataset: xr.Dataset, name: str, per_unit: float) -> list[Curve]:

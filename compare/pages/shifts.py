@@ -47,8 +47,9 @@ REFERENCE = (
 )
 BARS = (
     "Bars are estimated errors from the size of the elements and from rounded points of the profile files. "
-    "A difference has the estimated error of its reference. It is decided whether the difference is within a "
-    "limit if it is further from the limit than this error."
+    "A difference has the estimated error of its reference. All ICs of a contact use the same elements, so "
+    "the difference may be known better than that. The answer is yes or no only where the difference is "
+    "further from the limit than the estimated error."
 )
 ZONES = (
     "Dotted lines stand half way between two solved shifts where the patch nearest to the flange reaches "
