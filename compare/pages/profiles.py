@@ -14,18 +14,27 @@ import xarray as xr
 from compare.report.charts import Chart, Curve, Panel, simple_chart
 from compare.report.looks import INK, Look
 from compare.report.parts import Folded, Items, Note, Page, Section, write_results
-from compare.report.tables import Cell, Row, Table, numbers
+from compare.report.tables import Cell, Row, Table, number_text, numbers
 from femic.results.profiles import UM
+from geometries.profiles.noise import LEAST_RADIUS
+from geometries.profiles.noise import SAID as TREAD_LIMIT
 
 # --- the page -------------------------------------------------------------------------------------------
 
 
-SAID = (  # beginnings of the notes in the summary
-    "1 unit of the file is",
-    "In the file y",
-    "In the file z",
+UNDERSTOOD = "1 unit of the file is", "In the file y", "In the file z"  # beginnings of notes in the summary
+USUAL = (  # and of those that are nothing to check
+    *UNDERSTOOD,
+    "The file says",
+    "The order of the points was reversed",
     "Smoothed by",
     "A cubic spline through",
+    "Section ",
+)
+FITNESS = (
+    "femic calls a profile fit for contact if the last decimals of its file change p_max on a tread by less "
+    f"than {100 * TREAD_LIMIT:.0f} %, and if no radius is below {LEAST_RADIUS:g} mm. It does not know the "
+    "errors of the measurement."
 )
 READING = (
     "For rails and wheels, y points to the field side and z up; the arc length s starts at the gauge "
@@ -37,40 +46,69 @@ NOISE = (
     "The band of the curvature is the rms error that follows from the residual, if the residual is "
     "independent noise at each point. It does not include real shape that the smoothing removes."
 )
+OUTLYING = 4.5  # times the rms residual: of 1000 independent errors, fewer than 1 in 100 times one is larger
 
 
 def write_profile_page(profile: xr.Dataset, folder: Path) -> Path:
     """Write `profile.nc` and `profile.html`; returns the path of the page."""
     title = f"{profile.kind.capitalize()} {profile.attrs['name']}: how the program reads it"
-    page = Page(title, summary(profile), _sections(profile), answer_table(profile))
+    page = Page(title, summary(profile), _sections(profile), answer_table(profile), doubts(profile))
     return write_results(page, folder, "profile", profile)
 
 
 def summary(profile: xr.Dataset) -> str:
-    """Return what it is and its length, then notes on unit, axes and smoothing, or on the standard."""
+    """Return whether it is fit for contact, what smoothing changed, and how unit and axes were read."""
     notes = profile.notes.splitlines()
-    said = notes[:1] if profile.exact else [note for note in notes if note.startswith(SAID)]
+    if profile.doubt:
+        fit = "It looks noisy and is not fit for contact as it is."
+    elif lost_shape(profile):
+        fit = "It shows no noise, but smoothing may have removed some of its shape."
+    else:
+        fit = "It shows no noise and is fit for contact."
+    changed = "Its points were not changed."
+    if profile.smoothed:
+        residual = abs(profile.residual.values)
+        rms = float(np.sqrt(np.mean(residual**2)))
+        changed = f"Smoothing moved its points by up to {np.max(residual):.2g} mm, {rms:.2g} mm rms."
+    said = [*notes[:1]] if profile.exact else [changed, *(n for n in notes if n.startswith(UNDERSTOOD))]
+    name = f"{profile.kind.capitalize()} {profile.source.removeprefix(f'{profile.kind} ')}"
+    length = f"a curve {float(profile.s[-1]):.1f} mm long from the gauge side to the field side"
+    return f"{name}: {length}. {' '.join([fit, *said])}"
+
+
+def doubts(profile: xr.Dataset) -> list[str]:
+    """Return what looks like noise, lost shape, and what is unusual in the file."""
+    unusual = [note for note in profile.notes.splitlines() if not note.startswith(USUAL)]
+    return [profile.doubt, lost_shape(profile), *([] if profile.exact else unusual)]
+
+
+def lost_shape(profile: xr.Dataset) -> str:
+    """Return where smoothing moves a point much further than noise would; empty if nowhere."""
+    residual = abs(profile.residual.values)
+    rms, k = float(np.sqrt(np.mean(residual**2))), int(np.argmax(residual))
+    if not profile.smoothed or residual[k] <= OUTLYING * rms:
+        return ""
     return (
-        f"{profile.kind.capitalize()}, {profile.source}: a curve {float(profile.s[-1]):.1f} mm long from "
-        f"the gauge side to the field side. {' '.join(said)}"
+        f"At s = {float(profile.point_s[k]):.1f} mm smoothing moves the points by {residual[k]:.2g} mm, "
+        f"{residual[k] / rms:.1f} times the rms: the shape may be sharper there. Compare with a smaller "
+        "tolerance."
     )
 
 
 def answer_table(profile: xr.Dataset) -> Table:
-    """Return points, length, residual, least radii and the steepest place."""
+    """Return the largest change by smoothing, the least radii and the steepest place."""
 
     def place(names: str, k: int) -> list[str | Cell]:
-        s, y, z = (float(profile[name][k]) for name in names.split())
-        return [f"{s:.1f} mm", f"{y:.1f}, {z:.1f} mm"]
+        s, y, z = (number_text(profile[name][k], ".1f") for name in names.split())
+        return [f"{s} mm", f"{y}, {z} mm"]
 
-    points = [] if profile.exact else [Row("points", [f"{profile.sizes['point']}", "", ""])]
-    rows = [*points, Row("length [mm]", [f"{float(profile.s[-1]):.2f}", "", ""])]
+    rows = []
     if profile.smoothed:
-        residual = profile.residual.values
-        rms, k = np.sqrt(np.mean(residual**2)), int(np.argmax(np.abs(residual)))
-        rows.append(Row("residual, rms [µm]", [f"{UM * rms:.2g}", "", ""]))
-        largest = [f"{UM * abs(residual[k]):.2g}", *place("point_s point_y point_z", k)]
-        rows.append(Row("residual, largest [µm]", largest))
+        residual = abs(profile.residual.values)
+        k = int(np.argmax(residual))
+        rows.append(
+            Row("moved by smoothing [mm]", [f"{residual[k]:.2g}", *place("point_s point_y point_z", k)])
+        )
     curvature, inclination = profile.curvature.values, profile.inclination.values
     outwards = 1 if profile.kind == "rail" else -1  # sign of the curvature of a convex body
     for name, sign in (("convex", outwards), ("hollow", -outwards)):
@@ -79,21 +117,18 @@ def answer_table(profile: xr.Dataset) -> Table:
             radius = f"{1 / abs(curvature[k]):.3g}"
             rows.append(Row(f"least radius, {name} [mm]", [radius, *place("s y z", k)]))
     k = int(np.argmax(np.abs(inclination)))
-    rows.append(Row("steepest [deg]", [f"{np.degrees(inclination[k]):.2f}", *place("s y z", k)]))
+    steepest = number_text(float(np.degrees(inclination[k])), ".2f")
+    rows.append(Row("steepest [deg]", [steepest, *place("s y z", k)]))
     return Table("", numbers("value", "at s", "at y, z"), rows)
 
 
 def _sections(profile: xr.Dataset) -> Iterator[Section | Folded]:
-    if profile.doubt:
-        yield Section("", [Items([profile.doubt])])
-    notes = profile.notes.splitlines()
-    others = [note for note in notes if not note.startswith(SAID)]
-    if others and not profile.exact:
-        yield Section("", [Items(others)])
     band = [Note(NOISE)] if 0 < profile.curvature_noise < np.inf else []
-    yield Section("", [section(profile), over_length(profile), Note(READING), *band])
+    fitness = [] if profile.exact else [Note(FITNESS)]
+    yield Section("", [section(profile), over_length(profile), *fitness, Note(READING), *band])
     if not profile.exact:
-        yield Folded("What was done with the points, in this order", [Items(notes)])
+        heading = f"How the {profile.sizes['point']} points became the curve, in this order"
+        yield Folded(heading, [Items(profile.notes.splitlines())])
 
 
 # --- charts ---------------------------------------------------------------------------------------------

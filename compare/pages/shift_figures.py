@@ -3,6 +3,7 @@
 Results are compared with those with the best ICs of each contact: C, or else B-hat.
 """
 
+import itertools
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,6 +11,7 @@ import xarray as xr
 
 from compare.report.charts import Chart, Curve, Panel
 from compare.report.looks import INK, Look, drawing_order, ics_looks, ics_symbol
+from compare.report.thinning import thin
 from femic.contact.pairs.planar import PLANAR
 from geometries.arrays import Array
 
@@ -18,6 +20,7 @@ from geometries.arrays import Array
 
 ORDER = ("C", "Bhat")  # the best first; then the last of the others
 LIMITS = (0.01, 0.05, 0.10)
+YES, NO, UNDECIDED = "yes", "no", "not decided"
 
 
 @dataclass(frozen=True)
@@ -81,17 +84,109 @@ def difference(dataset: xr.Dataset, ics: str, quantity: Quantity = P_MAX) -> xr.
     return ((own - best) / scale).where(reference_names(dataset, quantity.name) != ics)
 
 
+def difference_estimate(dataset: xr.Dataset, ics: str, quantity: Quantity = P_MAX) -> xr.DataArray:
+    """Return the estimated error of `difference`: that of the best ICs, on the same elements.
+
+    Planar contact has elements of its own, and its own estimate adds to it.
+    """
+    name = f"estimate_{quantity.name}"
+    estimate = reference_values(dataset, name)
+    if ics == PLANAR:
+        estimate = estimate + dataset[name].sel(ics=ics, drop=True)
+    if quantity.is_friction_share:
+        return estimate / (dataset.attrs["friction"] * dataset.attrs["load"])
+    return estimate / abs(reference_values(dataset, quantity.name))
+
+
+def decisions(dataset: xr.Dataset, ics: str, limit: float, quantity: Quantity = P_MAX) -> xr.DataArray:
+    """Return for each shift whether ICs are within a limit of the best on both wheels: YES, NO, UNDECIDED.
+
+    Undecided is what may be either within its estimate; empty where nothing was compared.
+    """
+    off, estimate = abs(difference(dataset, ics, quantity)), difference_estimate(dataset, ics, quantity)
+    compared = off.notnull()
+    decided = (abs(off - limit) >= estimate) | ~compared
+    no, is_open = (compared & decided & (off > limit)).any("side"), (~decided).any("side")
+    result = xr.full_like(no, YES, dtype=object)
+    return result.where(~is_open, UNDECIDED).where(~no, NO).where(compared.any("side"), "")
+
+
 def compared_ics(dataset: xr.Dataset) -> list[str]:
     """Return the ICs that are compared with better ones: half-spaces first, planar contact last."""
     names = [*reversed(rank_ics(dataset)), *(PLANAR for name in dataset.ics.values if name == PLANAR)]
     return [name for name in names if np.isfinite(difference(dataset, name)).any()]
 
 
-def reference_label(dataset: xr.Dataset, quantity: str = "p_max") -> str:
-    """Return the best ICs in words: all that are a reference anywhere."""
-    names = reference_names(dataset, quantity).values
-    used = [name for name in rank_ics(dataset) if np.any(names == name)]
-    return " or ".join(ics_symbol(name) for name in used)
+def reference_label(dataset: xr.Dataset, quantity: str = "p_max", ics: str = "") -> str:
+    """Return the best ICs in words: all that are a reference anywhere, or only that of some ICs."""
+    names = reference_names(dataset, quantity)
+    if ics:
+        names = names.where(dataset[quantity].sel(ics=ics, drop=True).notnull(), "")
+    used = [name for name in rank_ics(dataset) if name != ics and np.any(names.values == name)]
+    first, *others = map(ics_symbol, used or rank_ics(dataset)[:1])
+    return f"{first} (elsewhere {', '.join(others)})" if others else first
+
+
+# --- where on the wheel a patch lies ---------------------------------------------------------------------
+
+
+TREAD, ROOT, FLANGE = "tread", "flange root", "flange"
+ROOT_ANGLE = 10.0  # deg from which on the wheel's profile is its flange root
+FACE = 5.0  # deg below the steepest inclination from which on it is the flange
+LEAST_FLANGE = 30.0  # deg: a wheel without a place as steep has no flange
+FLANGE_WIDTH = 50.0  # mm from the tip of the flange within which it and its root lie
+CHORD = 2  # points before and behind, between which inclinations of drawn profiles are taken
+
+
+def flange_limits(dataset: xr.Dataset, side: str) -> tuple[float, float] | None:
+    """Return where on a wheel its flange and its flange root end, coming from the tip: y [mm] of its axes.
+
+    None where it has no flange.
+    """
+    y, z = dataset[f"wheel_{side}"].values
+    tip = int(np.argmin(z))
+    rise = np.full(len(y), -90.0)
+    along, up = y[2 * CHORD :] - y[: -2 * CHORD], z[2 * CHORD :] - z[: -2 * CHORD]
+    rise[CHORD:-CHORD] = np.degrees(np.arctan2(up, along))
+    front = (np.arange(len(y)) > tip) & (y <= y[tip] + FLANGE_WIDTH)
+    steepest = float(np.max(rise[front], initial=-90.0))
+    if steepest < LEAST_FLANGE:
+        return None
+    flange, root = (
+        float(y[np.flatnonzero(front & (rise >= least))[-1]]) for least in (steepest - FACE, ROOT_ANGLE)
+    )
+    return flange, root
+
+
+def patch_zones(dataset: xr.Dataset, shift: float, side: str) -> list[str]:
+    """Return where on the wheel each patch of a contact lies, with its best ICs, the gauge side first."""
+    best = str(reference_names(dataset).sel(shift=shift, side=side).item())
+    if not best:
+        return []
+    at = dataset.sel(shift=shift)
+    centres = at.patch_centre.sel(side=side, ics=best).dropna("patch").values
+    limits = flange_limits(dataset, side)
+    if limits is None:
+        return [TREAD] * len(centres)
+    y, z = (
+        np.interp(centres, _rail_lengths(dataset, side), dataset[f"rail_{side}"].values[k]) for k in (0, 1)
+    )
+    sign = 1 if side == "left" else -1
+    roll = sign * float(at["roll"]) / 1e3
+    on_wheel = np.cos(roll) * (y - sign * float(at.axle_shift)) + np.sin(roll) * (z - float(at.height))
+    return [FLANGE if at_y < limits[0] else ROOT if at_y < limits[1] else TREAD for at_y in on_wheel]
+
+
+def zones(dataset: xr.Dataset, side: str) -> list[str]:
+    """Return for each shift where the patch nearest to the flange lies; empty where there is no contact."""
+    return [next(iter(patch_zones(dataset, shift, side)), "") for shift in dataset["shift"].values]
+
+
+def _rail_lengths(dataset: xr.Dataset, side: str) -> Array:
+    """Return the arc lengths of the points of a rail from its top [mm]."""
+    rail = dataset[f"rail_{side}"].values
+    s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(rail, axis=1)))])
+    return np.asarray(s - s[np.argmax(rail[1])])
 
 
 # --- charts ---------------------------------------------------------------------------------------------
@@ -102,10 +197,12 @@ STEEL, TYRE, PATCH = Look(INK, width=1.8), Look("#0072b2", width=1.8), Look("#d5
 POINT = Look("#d55e00", "", "circle")
 SIDE_LOOKS = {"left": Look("#0072b2", "solid", "circle"), "right": Look("#d55e00", "dash", "square")}
 CONE = Look("#808080", "dot", width=1.2)
+WRITTEN, FURTHER = Look(INK, ""), Look(INK, "", "circle-open")
 NEAR = Look(INK, "solid", width=1.0)
 ACROSS, ABOVE, BELOW = 62.0, 22.0, 46.0  # mm of the drawn sections beside the rail's top, above and below it
 BESIDE = 2.0  # mm of the drawn rail beside patches
 HIGH = 30.0  # mm above the rail tops up to which wheels are drawn
+FINE = 0.02  # mm that drawn profiles and outlines may deviate from all of their points
 
 
 def pressures(dataset: xr.Dataset) -> Chart:
@@ -122,38 +219,80 @@ def forces(dataset: xr.Dataset) -> Chart:
 
 
 def _quantity_panels(dataset: xr.Dataset, quantity: Quantity) -> list[Panel]:
-    """Return a quantity of both sides over the shift, and its differences."""
-    looks, shift, sides = ics_looks(dataset.ics.values), dataset["shift"].values, dataset.side.values
-    off = {name: 100 * difference(dataset, name, quantity) for name in drawing_order(dataset.ics.values)}
+    """Return a quantity of both sides over the shift with its estimates, and its differences with theirs."""
+    sides = [str(side) for side in dataset.side.values]
     share = " of friction × load" if quantity.is_friction_share else ""
-    up = f"{quantity.symbol} less that of {reference_label(dataset, quantity.name)} [%{share}]"
-    values = [_by_ics(dataset.sel(side=side), quantity.name, quantity.per_unit) for side in sides]
-    differences = [
-        [
-            Curve(ics_symbol(name), shift, each.sel(side=side).values, looks[name])
-            for name, each in off.items()
-            if np.isfinite(each.values).any()
-        ]
-        for side in sides
-    ]
-    return [
-        *(
-            Panel(f"{side} wheel", SHIFT, quantity.label, curves)
-            for side, curves in zip(sides, values, strict=True)
-        ),
-        *(
-            Panel(f"{side} wheel, difference", SHIFT, up, curves, levels=(-5.0, -1.0, 1.0, 5.0))
-            for side, curves in zip(sides, differences, strict=True)
-        ),
-    ]
+    up = f"{quantity.symbol} less that with {reference_label(dataset, quantity.name)} [%{share}]"
+    panels = []
+    for side in sides:
+        curves = _by_ics(dataset.sel(side=side), quantity.name, quantity.per_unit)
+        if quantity is P_MAX:
+            curves += _further_patches(dataset, side)
+        panel = Panel(f"{side} wheel", SHIFT, quantity.label, curves)
+        panels.append(_with_zones(panel, dataset, side, named=True))
+    for side in sides:
+        curves = _differences(dataset, quantity, side)
+        title, levels = f"{side} wheel, difference", (-5.0, -1.0, 1.0, 5.0)
+        if curves:
+            panel = Panel(title, SHIFT, up, curves, levels=levels)
+            panels.append(_with_zones(panel, dataset, side, named=False))
+    return panels
+
+
+def _differences(dataset: xr.Dataset, quantity: Quantity, side: str) -> list[Curve]:
+    looks, curves = ics_looks(dataset.ics.values), []
+    for name in drawing_order(dataset.ics.values):
+        off, estimate = (
+            100 * one(dataset, name, quantity).sel(side=side).values
+            for one in (difference, difference_estimate)
+        )
+        if np.isfinite(off).any():
+            curves.append(
+                Curve(ics_symbol(name), dataset["shift"].values, off, looks[name], estimate, bars=True)
+            )
+    return curves
+
+
+def _further_patches(dataset: xr.Dataset, side: str) -> list[Curve]:
+    """Return the largest pressure of each patch but that with the largest of its contact, best ICs."""
+    at, values = [], []
+    for shift, best in zip(
+        dataset["shift"].values, reference_names(dataset).sel(side=side).values, strict=True
+    ):
+        if best:
+            own = np.sort(dataset.patch_p_max.sel(shift=shift, side=side, ics=best).dropna("patch").values)
+            at += [shift] * (len(own) - 1)
+            values += own[:-1].tolist()
+    return [Curve("further patches", at, values, FURTHER)] if at else []
+
+
+def _with_zones(panel: Panel, dataset: xr.Dataset, side: str, *, named: bool) -> Panel:
+    """Return a panel with dotted lines half way between shifts where another part of the wheel is reached.
+
+    Where they are named, beside each line at the top stands the part that follows. Wheels without a flange
+    have no parts.
+    """
+    known = zip(dataset["shift"].values, zones(dataset, side), strict=True)
+    own = [(float(shift), zone) for shift, zone in known if zone]
+    if flange_limits(dataset, side) is None or not own:
+        return panel
+    pairs = itertools.pairwise(own)
+    changes = [((first + second) / 2, zone) for (first, before), (second, zone) in pairs if zone != before]
+    places, names = zip(own[0], *changes, strict=True)
+    uppermost = [curve.points[1] if curve.band is None else curve.band_edges[1] for curve in panel.curves]
+    top = float(np.nanmax(np.concatenate(uppermost)))
+    written = [Curve("", places, [top] * len(places), WRITTEN, names=names)] if named else []
+    return replace(panel, curves=[*panel.curves, *written], marks=places[1:])
 
 
 def _by_ics(dataset: xr.Dataset, name: str, per_unit: float) -> list[Curve]:
-    """Return a number over the shift with all ICs, with its estimates."""
+    """Return a number over the shift with all ICs, with its estimates as bars."""
     looks, curves = ics_looks(dataset.ics.values), []
     for ics in drawing_order(dataset.ics.values):
         values, estimate = (per_unit * dataset[key].sel(ics=ics).values for key in (name, f"estimate_{name}"))
-        curves.append(Curve(ics_symbol(ics), dataset["shift"].values, values, looks[ics], estimate))
+        if np.isfinite(values).any():
+            symbol = ics_symbol(ics)
+            curves.append(Curve(symbol, dataset["shift"].values, values, looks[ics], estimate, bars=True))
     return curves
 
 
@@ -216,14 +355,18 @@ def _section(dataset: xr.Dataset, at: xr.Dataset, side: str) -> Panel:
     The left wheel is at the left.
     """
     rail, wheel = dataset[f"rail_{side}"].values, wheel_in_place(dataset, at, side)
-    low = wheel[:, wheel[1] < HIGH]
     top = float(rail[0, np.argmax(rail[1])])
-    curves = [Curve("rail", rail[0], rail[1], STEEL), Curve("wheel", low[0], low[1], TYRE)]
-    s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(rail, axis=1)))])
-    s = s - s[np.argmax(rail[1])]
+    curves = []
+    for label, points, look in (("rail", rail, STEEL), ("wheel", wheel, TYRE)):
+        y, z = points
+        seen = (abs(y - top) <= ACROSS + BESIDE) & (z >= -BELOW - BESIDE) & (z <= HIGH)
+        drawn = thin(np.where(seen, y, np.nan), np.where(seen, z, np.nan), FINE)
+        curves.append(Curve(label, *drawn, look))
+    s = _rail_lengths(dataset, side)
     for start, end in patch_ranges(at, side):
         within = np.concatenate([[start], s[(s > start) & (s < end)], [end]])
-        curves.append(Curve("patch", np.interp(within, s, rail[0]), np.interp(within, s, rail[1]), PATCH))
+        drawn = thin(np.interp(within, s, rail[0]), np.interp(within, s, rail[1]), FINE)
+        curves.append(Curve("patch", *drawn, PATCH))
     touching = [float(at.y.sel(side=side))], [float(at.z.sel(side=side))]
     curves.append(Curve("contact point", *touching, POINT))
     angle, radius = (float(at[name].sel(side=side)) for name in ("contact_angle", "radius"))
@@ -270,11 +413,9 @@ def _patches(dataset: xr.Dataset, at: xr.Dataset, side: str) -> Panel:
     own = at.sel(side=side)
     curves = []
     for name in drawing_order(dataset.ics.values):
-        s, x = own.outline_s.sel(ics=name).values, own.outline_x.sel(ics=name).values
-        last = np.flatnonzero(np.isfinite(s))
-        if len(last):
-            until = last[-1] + 1
-            curves.append(Curve(ics_symbol(name), s[:until], x[:until], replace(looks[name], marker="")))
+        s, x = thin(own.outline_s.sel(ics=name).values, own.outline_x.sel(ics=name).values, FINE)
+        if len(s):
+            curves.append(Curve(ics_symbol(name), s, x, replace(looks[name], marker="")))
     span = float(np.nanmax(np.abs(dataset.outline_x.values), initial=10.0))
     known = own.outline_s.values[np.isfinite(own.outline_s.values)]
     low, high = (float(known.min()), float(known.max())) if known.size else (-span, span)

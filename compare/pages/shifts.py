@@ -1,205 +1,372 @@
 """File and report of `femic shifts`: at which shifts half-space ICs are good enough, and all contacts."""
 
 import json
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from compare.pages import shift_figures as figures
-from compare.pages.shift_figures import LIMITS, OF_ROLLING, P_MAX, Quantity, compared_ics, difference
+from compare.pages.shift_figures import (
+    F_X,
+    F_Y,
+    LIMITS,
+    NO,
+    OF_ROLLING,
+    P_MAX,
+    UNDECIDED,
+    YES,
+    Quantity,
+    compared_ics,
+    decisions,
+    difference,
+    difference_estimate,
+)
 from compare.report.looks import ics_symbol
 from compare.report.parts import Folded, Items, Note, Page, Section, Verbatim, join_words, write_results
-from compare.report.tables import Cell, Column, Row, Table, numbers, texts
+from compare.report.tables import Cell, Column, Row, Table, number_text, numbers, texts, with_estimate
 from femic.contact.finite_strain import finite_strain_shares
+from femic.contact.pairs.planar import PLANAR
 from femic.results.wheelset import value_text
+from femic.shifts.sides import SIDES
 
 # --- the page -------------------------------------------------------------------------------------------
 
 
 ELASTIC = (
-    "The contacts are elastic and frictionless; plastic flow is not included. Both wheels carry the same "
-    "vertical load. The lateral forces result from the contact; they are not the forces that a vehicle "
-    "needs."
+    "Both wheels carry a vertical load of {load:g} kN. The contacts are elastic and frictionless: plastic "
+    "flow is not included. Strains are assumed small; finite strains may change the largest p_max by "
+    "{strain:.0f} MPa."
 )
-READING = (
-    "C is the reference where it was computed (contact.c_above_deg). Elsewhere B̂ is the reference, and "
-    "B̂ itself is an approximation. For C the bodies have flanks of 60 degrees beside the contact; its "
-    "estimated error includes the effect of nearer supports. Planar contact puts the elements of each "
-    "patch in one plane with the mean inclination where the profiles overlap, and uses ICs A; patches do "
-    "not displace each other. If both sides have the same profiles, the right contact at one shift is the "
-    "left contact at the opposite shift. Distances are those of the displaced profiles. Bands: estimated "
-    "error of p_max from the size of the elements, which all ICs of a contact share, and from the "
-    "rounding of the points in the profile files."
+REFERENCE = (
+    "Differences are relative to C where it was computed (contact.c_above_deg), else to B̂, else to the last "
+    "ICs of contact.ics. B̂ is itself an approximation."
 )
+BARS = (
+    "Bars are estimated errors from the size of the elements and from rounded points of the profile files. "
+    "A difference has the estimated error of its reference. All ICs of a contact use the same elements, so "
+    "the difference may be known better than that. The answer is yes or no only where the difference is "
+    "further from the limit than the estimated error."
+)
+ZONES = (
+    "Dotted lines stand half way between two solved shifts where the patch nearest to the flange reaches "
+    "another part of the wheel. The flange root begins where the profile of the wheel is steeper than "
+    f"{figures.ROOT_ANGLE:g} degrees, the flange where it is within {figures.FACE:g} degrees of its "
+    "steepest place."
+)
+FURTHER = "Circles are the largest pressures of the other patches of a contact."
+WITH_PLANAR = (
+    "Planar contact puts each patch into one plane, with the mean inclination where the profiles overlap, "
+    "and uses A. Its patches do not displace each other. It has elements of its own, and its estimated error "
+    "adds to that of a difference."
+)
+WITH_C = (
+    "For C the bodies end in flanks of 60 degrees beside the contact. Its estimated error includes the "
+    "effect of nearer supports."
+)
+ALIKE = "Both sides have the same profiles: each right contact is the left one at the opposite shift."
 PATCHES = (
-    "Values with the best ICs of each contact, patches ordered from the gauge side to the field side. The "
-    "contact angle is measured from the track plane and is positive on a flange. On a steep patch the "
-    "force along the normal is much larger than its vertical part. The centre is given as arc length from "
-    "the top of the rail, positive to the field side."
-)
-AREAS = (
-    "Patches that are close together share a grid and a row. The creepages of a patch are the rigid slip "
-    "and the spin at its centre of pressure; spin is the rotation about the normal per rolled distance. "
-    "F_s and the slip along the profile are positive to the field side."
+    "Values with the best ICs of each contact: C, else B̂. Patches are ordered from the gauge side to the "
+    "field side. The contact angle is measured from the track plane and is positive on a flange. The centre "
+    "is the arc length from the top of the rail, positive to the field side."
 )
 CREEP_FORCES = (
-    "Values with the best ICs of each contact. M_z is the moment about the vertical through the contact "
-    "point, positive if it turns the front of the wheel outwards. Utilised friction is the tangential "
-    "force divided by the sum of friction coefficient times pressure. p_max includes the effect of "
-    "friction."
+    "Values with the best ICs of each contact. F_x is positive in the rolling direction. F_y is positive "
+    "towards the middle of the track and includes the lateral part of the pressures. M_z is the moment about "
+    "the vertical through the contact point, positive if it turns the front of the wheel outwards. Work is "
+    "that of friction per rolled distance (T-gamma). Utilised friction is the tangential force divided by "
+    "the sum of friction coefficient times pressure. p_max includes the effect of friction. Patches that are "
+    "close together share a grid and a row. The creepages of a patch are the rigid slip and the spin at its "
+    "centre of pressure. F_s and the slip along the profile are positive to the field side."
 )
 ROLLING = (
-    "Steady rolling, coefficient of friction {friction:g}{factor}. Creepage at the nominal radius: "
-    "{longitudinal} (free: no torque acts on the axle); lateral velocity of the wheelset: {lateral:g} V "
-    "to the left; yaw rate: {spin:g} V per mm to the left. F_x is positive in the rolling direction. F_y "
-    "is positive towards the middle of the track and includes the lateral part of the pressures. "
-    "Differences of forces are given relative to friction times load, {unit:.3g} kN; differences of the "
-    "work of friction (T-gamma, per rolled distance) are relative to the reference work. Bands: estimated "
-    "error from the size of the elements, which all ICs of a contact share."
+    "Steady rolling with a coefficient of friction of {friction:g}{factor}. The creepage at the nominal "
+    "radius is {longitudinal} (free: no torque acts on the axle), the lateral velocity of the wheelset "
+    "{lateral:g} V to the left, the yaw rate {spin:g} V per mm to the left. Differences of forces are "
+    "relative to friction times load, {unit:.3g} kN, those of the work to the work with the reference."
 )
 OF_AXLE = (
-    "The creepage refers to the nominal radius. The steering moment comes from the longitudinal forces. "
-    "It is positive if it turns the wheelset to the right; after a shift to the left this steers the "
-    "wheelset back to the middle. The torque about the axle uses the radius at which each traction acts. "
-    "Divided by the rolling radius, it differs from F_x by up to {:.0f} N."
+    "The creepage refers to the nominal radius. The steering moment comes from the longitudinal forces. It "
+    "is positive if it turns the wheelset to the right; after a shift to the left this steers the wheelset "
+    "back to the middle. The torque about the axle uses the radius at which each traction acts. Divided by "
+    "the rolling radius, it differs from F_x by up to {:.0f} N. The lateral forces result from the contacts; "
+    "they are not the forces that a vehicle needs."
 )
-CONICITY = "Equivalent conicity {} (EN 15302). {} The contact points jump at these shifts [mm]: {}."
 CONVENTION = (
-    "A shift is the movement of the wheelset to the left at rail level. The roll follows because both "
-    "wheels touch their rails. Contact points and rolling radii refer to the undeformed profiles."
+    "A shift is the movement of the wheelset to the left at rail level. The roll follows because both wheels "
+    "touch their rails. Contact points and rolling radii refer to the undeformed profiles. The equivalent "
+    "conicity follows EN 15302. "
 )
 PLACES = (
-    "Sections seen along the track, with the left rail on the left. Orange: patches with the best ICs, "
-    "and the contact point of the undeformed profiles. Below: outlines of the patches on the unrolled "
-    "rail. Arc lengths are positive to the field side, which lies to the left of the left rail."
+    "Sections seen along the track, with the left rail on the left. Orange: patches with the best ICs, and "
+    "the contact point of the undeformed profiles. Below: outlines of the patches on the unrolled rail."
 )
 
 
 def write_shifts(dataset: xr.Dataset, folder: Path) -> Path:
     """Write `shifts.nc`, the figures and `shifts.html`; returns the path of the page."""
     title = f"Wheelset at lateral shifts: {dataset.attrs['title']}"
-    page = Page(title, summary(dataset), _sections(dataset), answer_table(dataset))
+    page = Page(title, summary(dataset), _sections(dataset), answer_table(dataset), doubts(dataset))
     return write_results(page, folder, "shifts", dataset)
 
 
-def summary(dataset: xr.Dataset) -> str:
-    """Return the largest pressure with the best ICs and where it is, and the equivalent conicity."""
-    at = figures.reference_values(dataset, "p_max").fillna(-1).argmax(["shift", "side"])
-    own, conicity = dataset.isel(at), Cell(float(dataset.attrs["conicity"]), ".3f")
-    best = best_ics(dataset, own)
-    contact = own.sel(ics=best)
-    return (
-        f"The largest pressure is {float(contact.p_max):.0f} MPa with {ics_symbol(best)}, at a shift of "
-        f"{float(own['shift']):g} mm on the {own.side.item()} wheel. The inclination of the rail changes "
-        f"by {float(contact['angle']):.0f} degrees across that patch. The equivalent conicity at an "
-        f"amplitude of {dataset.attrs['amplitude']:g} mm is {conicity.text}."
-    )
-
-
 def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
-    rolls = "F_x" in dataset
-    if doubts := json.loads(dataset.attrs["doubts"]):
-        yield Section("", [Items(doubts)])
-    yield Section("", [figures.pressures(dataset), Note(f"{_load_note(dataset)} {READING} {ELASTIC}")])
-    if unusual := json.loads(dataset.attrs["unusual"]):
-        yield Section("Unusual contacts", [Items([f"{at} mm: {note}" for at, note in unusual.items()])])
-    if (several := each_patch_table(dataset, several=True)) is not None:
-        yield Section("Load of each patch", [several, Note(PATCHES)])
+    rolls, several = "F_x" in dataset, bool((dataset.patches > 1).any())
+    largest = float(dataset.p_max.max())
+    strain = largest * finite_strain_shares(largest, float(dataset.attrs["E"]))[0]
+    has_flange = any(figures.flange_limits(dataset, side) for side in SIDES)
+    chart = [BARS, FURTHER if several else "", ZONES if has_flange else ""]
+    assumed = [
+        ELASTIC.format(load=dataset.attrs["load"] / 1000, strain=strain),
+        ALIKE if dataset.attrs["alike"] else "",
+        REFERENCE if compared_ics(dataset) else "",
+        WITH_PLANAR if PLANAR in dataset.ics else "",
+        WITH_C if "C" in dataset.ics else "",
+    ]
+    notes = [Note(" ".join(filter(None, sentences))) for sentences in (chart, assumed)]
+    yield Section("", [figures.pressures(dataset), *notes])
+    yield Section("Where they touch", [figures.places(dataset), Note(PLACES)])
+    yield Folded("p_max and patch of each contact", [pressure_table(dataset), patch_table(dataset)])
+    yield Folded("Load of each patch", [each_patch_table(dataset), Note(PATCHES)])
     if rolls:
         pairs = json.loads(dataset.attrs["by_angle"])
         factors = ", ".join(f"{factor:g} at {angle:g} degrees" for angle, factor in pairs)
-        unit = dataset.attrs["friction"] * dataset.attrs["load"] / 1000
         factor = f" times a factor that depends on the contact angle: {factors}" if pairs else ""
+        unit = dataset.attrs["friction"] * dataset.attrs["load"] / 1000
         note = ROLLING.format(**dataset.attrs, factor=factor, unit=unit)
-        yield Section("Creep forces", [figures.forces(dataset), Note(note)])
-    yield Section("Where they touch", [figures.places(dataset), Note(PLACES)])
-    if rolls:
-        torque = float(np.nanmax(np.abs(dataset.resistance)))
-        yield Section("The axle", [figures.rolling(dataset), Note(OF_AXLE.format(torque))])
-    yield Section("Angles and radii", [figures.geometry(dataset), Note(CONVENTION)])
-    left_out = [f"{place} mm: {reason}" for place, reason in json.loads(dataset.attrs["refused"]).items()]
-    not_rolling = json.loads(dataset.attrs.get("not_rolling", "{}"))
-    left_out += [f"{place}: {reason}" for place, reason in not_rolling.items()]
-    if left_out:
-        yield Folded("Not solved", [Items(left_out)])
-    yield Folded("All contacts: pressures", [pressure_table(dataset), Note(ELASTIC)])
-    yield Folded("All contacts: patches and forces", [patch_table(dataset)])
-    if (patches := each_patch_table(dataset, several=False)) is not None:
-        yield Folded("All contacts: each patch", [patches, Note(PATCHES)])
-    if rolls:
-        yield Folded("All contacts: creep forces", [rolling_table(dataset), Note(CREEP_FORCES)])
-        yield Folded(
-            "All contacts: creep forces of each patch", [rolling_table(dataset, by_area=True), Note(AREAS)]
-        )
-        yield Folded("All shifts: axle", [wheelset_table(dataset)])
-    conicity = Cell(float(dataset.attrs["conicity"]), ".4f").text
-    jumps = ", ".join(f"{jump:g}" for jump in np.atleast_1d(dataset.attrs["jumps"])) or "–"
-    note = CONICITY.format(conicity, dataset.attrs["conicity_reason"], jumps)
-    yield Folded("All shifts: geometry", [geometry_table(dataset), Note(note)])
+        tables = rolling_table(dataset), rolling_table(dataset, by_area=True)
+        yield Folded("Creep forces", [figures.forces(dataset), Note(note), *tables, Note(CREEP_FORCES)])
+        note = OF_AXLE.format(float(np.nanmax(np.abs(dataset.resistance))))
+        yield Folded("The axle", [figures.rolling(dataset), wheelset_table(dataset), Note(note)])
+    jumps = join_words(f"{jump:g}" for jump in np.atleast_1d(dataset.attrs["jumps"]))
+    note = CONVENTION + (f"The contact points jump at shifts of {jumps} mm." if jumps else "")
+    heading = "Contact angles, rolling radii and conicity"
+    yield Folded(heading, [figures.geometry(dataset), geometry_table(dataset), Note(note)])
     yield Folded("How the profiles were read", [Items(json.loads(dataset.attrs["notes"]))])
     yield Folded("All values, given and assumed", [values_table(dataset)])
     time = (
-        "Patches that are far apart have separate grids. Below the number of patches stands the fraction "
-        f"of the load that the other patches carry. The whole run took {dataset.attrs['seconds']:.0f} s, "
-        "not counting stored contacts."
+        "Patches that are far apart have separate grids. The whole run took "
+        f"{dataset.attrs['seconds']:.0f} s, not counting stored contacts."
     )
-    yield Folded("Grids", [grid_table(dataset), Note(time)])
+    yield Folded("Grids and times", [grid_table(dataset), Note(time)])
     yield Folded("Specification", [Verbatim(dataset.attrs["specification"])])
 
 
-def _load_note(dataset: xr.Dataset) -> str:
-    largest = float(dataset.p_max.max())
-    strain = largest * finite_strain_shares(largest, float(dataset.attrs["E"]))[0]
-    return (
-        f"Vertical load {dataset.attrs['load'] / 1000:g} kN on each wheel. Strains are assumed small: "
-        f"finite strains may change the largest p_max by {strain:.0f} MPa."
+# --- doubts ---------------------------------------------------------------------------------------------
+
+
+NUMBER = re.compile(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
+
+
+def doubts(dataset: xr.Dataset) -> list[str]:
+    """Return what may be wrong: assumed values, missing contacts with their reasons, unusual contacts."""
+    refused, idle, unusual = (
+        json.loads(dataset.attrs.get(name, "{}")) for name in ("refused", "not_rolling", "unusual")
+    )
+    missing, most = (
+        int(dataset.p_max.isnull().all("ics").sum()),
+        dataset.sizes["shift"] * dataset.sizes["side"],
+    )
+    gaps = f"The curves have gaps. Contacts without a solution: {missing} of {most}."
+    return [
+        *json.loads(dataset.attrs["doubts"]),
+        *([gaps] if missing else []),
+        *_by_text("Not solved at ", refused),
+        *_by_text("Not solved with friction at ", idle),
+        *_by_text("At ", unusual),
+    ]
+
+
+def _by_text(before: str, texts: Mapping[str, str]) -> Iterator[str]:
+    """Yield a sentence per text; texts that differ by numbers alone are said once, with all their places."""
+    places: dict[str, list[str]] = {}
+    for place, text in texts.items():
+        shift, *side = place.removesuffix(", rolling").split(", ")
+        label = f"{number_text(float(shift), 'g')} mm{f' ({side[0]} wheel)' if side else ''}"
+        places.setdefault(NUMBER.sub("", text), []).append(label)
+        if len(places[NUMBER.sub("", text)]) == 1:
+            places[NUMBER.sub("", text)].append(text)
+    for first, text, *others in places.values():
+        end = text if text.endswith(".") else f"{text}."
+        yield f"{before}{first}: {end}" + (f" The same holds at {join_words(others)}." if others else "")
+
+
+# --- the summary ----------------------------------------------------------------------------------------
+
+
+LIMIT = 0.05  # of the verdict in the summary
+WHERE = {
+    figures.TREAD: "on the tread",
+    figures.ROOT: "in the flange root",
+    figures.FLANGE: "on the flange",
+}
+VERDICTS = {  # by what was decided at some shifts
+    (YES,): "With {ics}, p_max is within {limit} of {reference} at {yes}.",
+    (NO,): "With {ics}, p_max differs from {reference} by more than {limit} at {no}.",
+    (YES, NO): "With {ics}, p_max is within {limit} of {reference} at {yes}, but not at {no}.",
+    (UNDECIDED,): "With {ics}, it is not decided whether p_max is within {limit} of {reference}.",
+    (YES, UNDECIDED): (
+        "With {ics}, p_max is within {limit} of {reference} at {yes}; at {open} this is not decided."
+    ),
+    (NO, UNDECIDED): (
+        "With {ics}, p_max differs from {reference} by more than {limit} at {no}; at {open} this is not "
+        "decided."
+    ),
+    (YES, NO, UNDECIDED): (
+        "With {ics}, p_max is within {limit} of {reference} at {yes}, but not at {no}; at {open} this is not "
+        "decided."
+    ),
+}
+FIRST_OF_REASON = re.compile(r"^(equivalent conicity|amplitude = [^:]*): ")
+END_OF_REASON = re.compile(r"(; give more shifts)?\.?$")
+
+
+def summary(dataset: xr.Dataset) -> str:
+    """Return the largest pressure and where it is, which ICs are good enough for it, and the conicity."""
+    at = figures.reference_values(dataset, "p_max").fillna(-1).argmax(["shift", "side"])
+    own = dataset.isel(at)
+    name = best_ics(dataset, own)
+    best, side = own.sel(ics=name), str(own.side.item())
+    zones = figures.patch_zones(dataset, float(own["shift"]), side)
+    where = WHERE[zones[int(np.nanargmax(best.patch_p_max.values))]]
+    sentences = [
+        f"The largest pressure is {with_estimate(best.p_max, best.estimate_p_max)} MPa (± is the "
+        f"estimated error) with {ics_symbol(name)}, at {_place(own)}, {where}."
+    ]
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for ics in compared_ics(dataset):
+        groups.setdefault(tuple(decisions(dataset, ics, LIMIT).values), []).append(ics)
+    sentences += [_verdict(dataset, names, decided) for decided, names in groups.items()]
+    if groups:
+        sentences.append(f"The largest difference of p_max is {_largest_difference(dataset, (P_MAX,))}.")
+    else:
+        sentences.append("No other ICs were used, so nothing was compared.")
+    if "F_x" in dataset and any(
+        np.isfinite(difference(dataset, ics, F_X)).any() for ics in compared_ics(dataset)
+    ):
+        found = _largest_difference(dataset, (F_X, F_Y))
+        sentences.append(f"The largest difference of creep forces is {found}.")
+    amplitude, value = f"{dataset.attrs['amplitude']:g} mm", float(dataset.attrs["conicity"])
+    if np.isfinite(value):
+        sentences.append(f"The equivalent conicity at an amplitude of {amplitude} is {value:.3f}.")
+    else:
+        reason = FIRST_OF_REASON.sub("", END_OF_REASON.sub("", dataset.attrs["conicity_reason"]))
+        sentences.append(f"The equivalent conicity at an amplitude of {amplitude} cannot be given: {reason}.")
+    return " ".join(sentences)
+
+
+def _place(own: xr.Dataset) -> str:
+    return f"{number_text(own['shift'], 'g')} mm on the {own.side.item()} wheel"
+
+
+def _ics_text(name: str) -> str:
+    return "planar contact" if name == PLANAR else ics_symbol(name)
+
+
+def _verdict(dataset: xr.Dataset, names: Sequence[str], decided: Sequence[str]) -> str:
+    """Return at which shifts p_max with some ICs, decided alike, is within the limit."""
+    shifts = dataset["shift"].values
+    found = {word: shift_ranges(shifts, [one == word for one in decided]) for word in (YES, NO, UNDECIDED)}
+    return VERDICTS[tuple(word for word in found if word in decided)].format(
+        ics=join_words(map(_ics_text, names)),
+        limit=f"{100 * LIMIT:g} %",
+        reference=figures.reference_label(dataset, ics=names[0]),
+        yes=found[YES],
+        no=found[NO],
+        open=found[UNDECIDED],
     )
 
 
 # --- the answer -----------------------------------------------------------------------------------------
 
 
+MOST_RANGES = 3  # in a text
+PERCENT_SHARE = "% of friction × load"
+
+
 def answer_table(dataset: xr.Dataset) -> Table:
-    """Return for each ICs and quantity at which shifts they are good to 1, 5 and 10 %, and the worst."""
+    """Return for each ICs and quantity at which shifts they are good to 1, 5 and 10 %, and the worst.
+
+    Where nothing was compared, the largest pressures by the part of the wheel.
+    """
     quantities, rows = (P_MAX, *OF_ROLLING) if "F_x" in dataset else (P_MAX,), []
     for name in compared_ics(dataset):
         for quantity in quantities:
-            off = difference(dataset, name, quantity)
-            if not np.isfinite(off).any():
+            if not np.isfinite(difference(dataset, name, quantity)).any():
                 continue
-            label = f"{ics_symbol(name)}: {quantity.label}" if len(quantities) > 1 else ics_symbol(name)
-            within = [shifts_within(dataset, name, limit, quantity) for limit in LIMITS]
-            own = dataset.isel(abs(off).fillna(-1).argmax(["shift", "side"]))
-            values = [
-                Cell(quantity.per_unit * float(own[quantity.name].sel(ics=each)), quantity.form)
-                for each in (name, best_ics(dataset, own, quantity.name))
-            ]
-            share = 100 * float(off.sel(shift=own["shift"], side=own.side))
-            worst = f"{float(own['shift']):g} mm, {own.side.item()}"
-            worst += "; of friction × load" if quantity.is_friction_share else ""
-            rows.append(Row(label, [*within, *values, Cell(share, "+.2f", worst)]))
-    heads = texts(*(f"within {100 * limit:.0f} %" for limit in LIMITS))
-    unit = "MPa" if len(quantities) == 1 else ""
-    columns = [*heads, Column("p_max" if unit else "value", unit), Column("reference", unit)]
-    caption = "p_max by" if unit else "with"
-    return Table(caption, [*columns, Column("largest difference", "%")], rows)
+            label = f"{ics_symbol(name)}: {quantity.symbol}" if len(quantities) > 1 else ics_symbol(name)
+            within = [decision_cell(dataset, name, limit, quantity) for limit in LIMITS]
+            own, text = worst_difference(dataset, name, quantity)
+            unit = PERCENT_SHARE if quantity.is_friction_share else "%"
+            rows.append(Row(label, [*within, Cell(f"{text} {unit}", below=_place(own))]))
+    if not rows:
+        return _largest_pressures(dataset)
+    heads = texts(*(f"within {100 * limit:.0f} %" for limit in LIMITS), "largest difference")
+    return Table("p_max with" if len(quantities) == 1 else "with", heads, rows)
 
 
-def shifts_within(dataset: xr.Dataset, ics: str, limit: float, quantity: Quantity = P_MAX) -> str:
-    """Return the ranges of neighbouring shifts at which both contacts agree with the reference to a limit."""
-    worst = abs(difference(dataset, ics, quantity)).max("side").dropna("shift")
-    shifts, good = worst["shift"].values, worst.values <= limit
+def decision_cell(dataset: xr.Dataset, ics: str, limit: float, quantity: Quantity = P_MAX) -> Cell:
+    """Return at which shifts ICs are within a limit, at which they are not, and what is open."""
+    decided = decisions(dataset, ics, limit, quantity).values
+    parts = [
+        f"{word}: {shift_ranges(dataset['shift'].values, decided == word)}"
+        for word in (YES, UNDECIDED, NO)
+        if word in decided
+    ]
+    return Cell(parts[0], below="; ".join(parts[1:]))
+
+
+def shift_ranges(shifts: ArrayLike, chosen: ArrayLike) -> str:
+    """Return the ranges of neighbouring shifts that are chosen; of many ranges how many shifts there are."""
+    at, good = np.asarray(shifts, dtype=float), np.asarray(chosen, dtype=bool)
     if np.all(good):
         return "all shifts"
     starts = np.flatnonzero(good & ~np.append(False, good[:-1]))
     ends = np.flatnonzero(good & ~np.append(good[1:], False))
-    parts = [
-        f"{shifts[a]:g} mm" if a == b else f"{shifts[a]:g} to {shifts[b]:g} mm"
-        for a, b in zip(starts, ends, strict=True)
-    ]
-    return join_words(parts) or "no shift"
+    if len(starts) > MOST_RANGES:
+        return f"{np.count_nonzero(good)} of {len(at)} shifts"
+    first, last = ([number_text(at[k], "g") for k in edges] for edges in (starts, ends))
+    return join_words(f"{a} mm" if a == b else f"{a} to {b} mm" for a, b in zip(first, last, strict=True))
+
+
+def worst_difference(dataset: xr.Dataset, ics: str, quantity: Quantity = P_MAX) -> tuple[xr.Dataset, str]:
+    """Return the contact with the largest difference of ICs from the best, and it with its estimate [%]."""
+    off = 100 * difference(dataset, ics, quantity)
+    at = abs(off).fillna(-1).argmax(["shift", "side"])
+    value = float(off.isel(at))
+    text = with_estimate(value, 100 * difference_estimate(dataset, ics, quantity).isel(at))
+    return dataset.isel(at), f"+{text}" if value > 0 and text[0] not in "0(" else text
+
+
+def _largest_difference(dataset: xr.Dataset, quantities: Sequence[Quantity]) -> str:
+    """Return the largest difference of several quantities and all ICs, with its estimate and its place."""
+    pairs = [(ics, quantity) for ics in compared_ics(dataset) for quantity in quantities]
+    known = [pair for pair in pairs if np.isfinite(difference(dataset, *pair)).any()]
+    ics, quantity = max(known, key=lambda pair: float(abs(difference(dataset, *pair)).max()))
+    own, text = worst_difference(dataset, ics, quantity)
+    unit = PERCENT_SHARE if quantity.is_friction_share else "%"
+    symbol = f"{quantity.symbol} " if len(quantities) > 1 else ""
+    return f"{text} {unit}: {symbol}with {_ics_text(ics)} at {_place(own)}"
+
+
+def _largest_pressures(dataset: xr.Dataset) -> Table:
+    """Return the largest pressure on each part of the wheel, by the patch nearest to the flange."""
+    best = figures.reference_values(dataset, "p_max")
+    zones = xr.DataArray(
+        [figures.zones(dataset, str(side)) for side in dataset.side.values], dims=("side", "shift")
+    ).transpose("shift", "side")
+    rows = []
+    for zone, where in WHERE.items():
+        own = best.where(zones == zone)
+        if own.notnull().any():
+            at = dataset.isel(own.fillna(-1).argmax(["shift", "side"]))
+            contact = at.sel(ics=best_ics(dataset, at))
+            text = with_estimate(contact.p_max, contact.estimate_p_max)
+            rows.append(Row(where, [Cell(text, below=_place(at))]))
+    return Table("largest pressure", [Column("p_max", "MPa")], rows)
 
 
 def best_ics(dataset: xr.Dataset, own: xr.Dataset, quantity: str = "p_max") -> str:
@@ -314,21 +481,17 @@ def patch_table(dataset: xr.Dataset) -> Table:
     return Table(CONTACT, _columns(PATCH), rows)
 
 
-def each_patch_table(dataset: xr.Dataset, *, several: bool) -> Table | None:
-    """Return what each patch carries with the best ICs, of contacts of several patches or of all contacts.
-
-    None where there are no such contacts.
-    """
+def each_patch_table(dataset: xr.Dataset) -> Table:
+    """Return what each patch of all contacts carries with the best ICs."""
     rows = []
     with_widths = dataset.assign(patch_width=dataset.patch_end - dataset.patch_start)
     for label, best in _contacts(with_widths, "p_max"):
-        count = int(best.patches)
-        if count > several:
-            rows += [
-                Row("" if k else label, [Cell(k + 1, ".0f"), *_cells(best.isel(patch=k), EACH_PATCH)])
-                for k in range(count)
-            ]
-    return Table(CONTACT, [Column("patch"), *_columns(EACH_PATCH)], rows) if rows else None
+        shift, side = float(best["shift"]), str(best.side.item())
+        rows += [
+            Row("" if k else label, [Cell(k + 1, ".0f"), zone, *_cells(best.isel(patch=k), EACH_PATCH)])
+            for k, zone in enumerate(figures.patch_zones(dataset, shift, side))
+        ]
+    return Table(CONTACT, [Column("patch"), *texts("on the wheel"), *_columns(EACH_PATCH)], rows)
 
 
 def rolling_table(dataset: xr.Dataset, *, by_area: bool = False) -> Table:

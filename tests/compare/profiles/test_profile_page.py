@@ -5,7 +5,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.pages.profiles import answer_table, over_length, section, summary, write_profile_page
+from compare.pages.profiles import (
+    answer_table,
+    doubts,
+    over_length,
+    section,
+    summary,
+    write_profile_page,
+)
+from compare.report.tables import MINUS
 from femic.results.profiles import file_profile, package_profile
 from femic.scenes.profiles import Reading, prepared_file
 from geometries.profiles.noise import LEAST_RADIUS
@@ -31,11 +39,13 @@ def understood(tolerance=0.0):
 def test_table_has_the_numbers_of_the_arc():
     one = understood(ERROR)
     rows = read_texts(answer_table(one))
-    assert rows["points"][0] == "241"
-    assert float(rows["length [mm]"][0]) == pytest.approx(2.8 * 30, abs=0.02)
-    assert float(rows["residual, rms [µm]"][0]) == pytest.approx(20, abs=0.5)
+    assert float(rows["moved by smoothing [mm]"][0]) == pytest.approx(
+        float(abs(one.residual).max()), rel=0.05
+    )
     assert float(rows["least radius, convex [mm]"][0]) == pytest.approx(30, rel=0.05)
-    assert abs(float(rows["steepest [deg]"][0])) == pytest.approx(np.degrees(1.4), abs=0.5)
+    assert abs(float(rows["steepest [deg]"][0].replace(MINUS, "-"))) == pytest.approx(
+        np.degrees(1.4), abs=0.5
+    )
 
 
 @pytest.mark.usefixtures("head")
@@ -68,16 +78,34 @@ def test_a_radius_below_all_real_ones_looks_like_noise(tmp_path):
     assert 1 / np.max(np.abs(raw.curvature)) < LEAST_RADIUS
     assert "tolerance of 0.01 mm" in said
     assert said in write_profile_page(raw, tmp_path / "raw").read_text(encoding="utf-8")
+    assert "not fit for contact as it is. Its points were not changed." in summary(raw)
+    assert "84.0 mm long from the gauge side to the field side. It shows no noise" in summary(smoothed)
+    assert "is fit for contact. Smoothing moved its points by up to 0.02" in summary(smoothed)
+    assert not any(doubts(smoothed))
     assert not smoothed.attrs["doubt"]
     for name in NAMED:
         assert not package_profile(name)[0].attrs["doubt"]
+
+
+@pytest.mark.usefixtures("head")
+def test_shape_that_smoothing_removes_is_doubted():
+    """A residual of three times the rms is noise, one of six times is not."""
+    one = understood(ERROR)
+    k, rms = 100, float(np.sqrt(np.mean(one.residual**2)))
+    for share, is_doubted in ((3.0, False), (6.0, True)):
+        residual = one.residual.copy()
+        residual[k] = share * rms
+        said = doubts(one.assign(residual=residual))[1]
+        assert bool(said) == is_doubted
+    assert f"At s = {float(one.point_s[k]):.1f} mm smoothing moves the points by {6 * rms:.2g} mm, " in said
+    assert "may have removed some of its shape" in summary(one.assign(residual=residual))
 
 
 def test_standard_has_the_radii_of_its_definition():
     rail, s1002 = (package_profile(name)[0] for name in ("60E1", "S1002"))
     rows = {row.name: row.filled for row in answer_table(rail).rows}
     assert rows["least radius, convex [mm]"][0].text == "13"
-    assert "residual, rms [µm]" not in rows
+    assert "moved by smoothing [mm]" not in rows
     wheel = {row.name: row.filled[0].text for row in answer_table(s1002).rows}
     assert (wheel["least radius, convex [mm]"], wheel["least radius, hollow [mm]"]) == ("12", "13")
     assert "EN 13674-1" in summary(rail)
