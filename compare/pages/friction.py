@@ -398,6 +398,7 @@ class MotionPage:
             "stick",
             lambda contacts: [outlines(contacts)],
             1,
+            1.3,
             alt="pressures, and where the contact sticks",
         )
         work = by_friction(dataset, "work", work_maps, alt="work of friction with each of the ICs")

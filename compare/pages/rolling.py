@@ -188,8 +188,8 @@ def doubts(dataset: xr.Dataset) -> Iterator[str]:
         simplified = dataset.simplified.sel(ics=name)
         if number := int(simplified.sum()):
             yield (
-                f"With {ics_symbol(name)}, {number} of {simplified.size} contacts were only solved in a "
-                "simplified form at the leading edge. These contacts are less accurate."
+                f"With {ics_symbol(name)}, contacts solved only in a simplified form at the leading edge: "
+                f"{number} of {simplified.size}. They are less accurate."
             )
     if not dataset.attrs["friction_by_angle"] and float(abs(scaled_force(dataset)).max()) > 1.0:
         yield PRESSED
