@@ -13,15 +13,32 @@ import xarray as xr
 
 from compare.pages import contact_figures as figures
 from compare.pages.contact_numbers import (
+    ALONE,
     KILONEWTON,
     answer_sentence,
     answer_table,
     case_labels,
+    judged_numbers,
     numbers_table,
+    tolerance,
+    verdict_doubts,
+    verdict_table,
+    verdicts,
 )
 from compare.report.charts import Map, simple_chart
 from compare.report.looks import ics_symbol
-from compare.report.parts import Block, Folded, Note, Page, Section, Verbatim, write_page, write_results
+from compare.report.parts import (
+    Block,
+    Folded,
+    Note,
+    Page,
+    Section,
+    Verbatim,
+    join_words,
+    range_text,
+    write_page,
+    write_results,
+)
 from compare.report.tables import Cell, Row, Table, changes_table, number_text, numbers
 from femic.cache import folders
 from femic.contact.motions.none import (
@@ -46,7 +63,7 @@ NUMBERS = (
     "of the number where that may vanish by symmetry. “p_max, displaced” uses the distance of the "
     "displaced body instead of the linearised distance. A dash means that this contact exceeds the grid "
     "or has no solution; its error is then unknown (± ?). Strains are assumed small: finite strains may "
-    "change the largest pressure by {:.2g} MPa. Approximate ICs leave out the bending of the sections, "
+    "change the largest pressure by {:g} MPa. Approximate ICs leave out the bending of the sections, "
     "which affects lateral forces."
 )
 GRIDS = (
@@ -54,6 +71,19 @@ GRIDS = (
     "|C(I, J) − C(J, I)|; contact uses the mean of the two. Smallest eigenvalue: divided by the smallest "
     "IC of an element on itself. With given loads it covers pressures without a vertical resultant, with "
     "given approaches all pressures. It must be positive; otherwise the contact is not unique."
+)
+CHART = (
+    "Top: results with each of the ICs; band: estimated error of {0}. Below: differences from {0}; bars: "
+    "their estimated errors; dotted lines: the tolerance, key ics_tolerance of the scene."
+)
+DISTANCE = (
+    "The distance between the bodies is linearised in the approach. With the distance of the displaced "
+    'bodies (contact.gap = "exact"), p_max would change by {} % at {}.'
+)
+STRAINS = "Strains are assumed small. Finite strains may change p_max by up to {} % at {}."
+UNKNOWN = (
+    "Estimated errors are unknown (± ?) at {}: the contact with the distance of the displaced bodies, or on "
+    "larger elements, was not found."
 )
 SYMBOLS = "; ".join(f"{one.symbol}: {one.meaning}" for one in OF_FRICTIONLESS.values()) + "."
 FURTHER_ROWS = {  # below the numbers of a case
@@ -77,30 +107,58 @@ def write_contact(
     scene: Scene, dataset: xr.Dataset, out: Path, further: FurtherSolution | None = None
 ) -> Path:
     """Write `contact.nc`, figures and `contact.html` into a folder; returns the path of the page."""
-    reference, lower = reference_ics(dataset), scene.bodies["lower"].surface
+    reference, others = reference_ics(dataset), compared_ics(dataset)
     page = Page(
         str(dataset.attrs["title"]),
-        answer_sentence(dataset, reference),
-        _sections(dataset, lower, further),
-        answer_table(dataset, reference, compared_ics(dataset)),
+        answer_sentence(dataset, reference, others),
+        _sections(dataset, scene.bodies["lower"].surface, further),
+        answer_table(dataset, reference, others),
+        list(doubts(dataset)),
     )
     return write_results(page, out, "contact", dataset)
+
+
+def doubts(dataset: xr.Dataset) -> Iterator[str]:
+    """Yield what is not decided, not known, or assumed though it changes p_max by more than the tolerance."""
+    reference, others = reference_ics(dataset), compared_ics(dataset)
+    if others:
+        yield from verdict_doubts(verdicts(dataset, reference, others).values(), reference)
+    else:
+        yield ALONE.format(ics_symbol(reference))
+    exact, labels = dataset.sel(ics=reference), case_labels(dataset)
+    for text, change in (
+        (DISTANCE, exact.displaced_p_max - exact.p_max),
+        (STRAINS, exact.finite_strain_p_max),
+    ):
+        share = 100 * (change / exact.p_max).fillna(0.0)
+        at = int(abs(share).argmax("case"))
+        if abs(share[at]) > tolerance(dataset):
+            yield text.format(number_text(share[at], "+.2g" if text == DISTANCE else ".2g"), labels[at])
+    unknown = dataset.estimate_p_max.isnull().any("ics").values
+    if unknown.any():
+        yield UNKNOWN.format(join_words(np.array(labels)[unknown]))
 
 
 def _sections(
     dataset: xr.Dataset, lower: Surface, further: FurtherSolution | None
 ) -> Iterator[Section | Folded]:
-    why = [Note(choice)] if (choice := dataset.attrs.get("choice")) else []  # of these ICs
-    yield Section("", [figures.answer_chart(dataset), *why])
-    yield Section("Pressures on the rail", [figures.on_rail(dataset, lower)])
-    yield Section("Patches", [figures.patches(dataset)])
-    if dataset.sizes["case"] > 1:
-        chart = figures.numbers_chart(dataset, figures.FURTHER, reference_ics(dataset), "numbers")
-        yield Folded("Other numbers against the angle of the patch", [chart])
-    symbol, strain = ics_symbol(reference_ics(dataset)), float(dataset.finite_strain_p_max.max())
+    reference, others = reference_ics(dataset), compared_ics(dataset)
+    symbol, strain = ics_symbol(reference), float(f"{float(dataset.finite_strain_p_max.max()):.2g}")
+    notes = [CHART.format(symbol) if others else "", dataset.attrs.get("choice", "")]
+    yield Section("", [figures.answer_chart(dataset), *(Note(text) for text in notes if text)])
+    yield Section("Contact patch", [figures.patches(dataset)])
+    if others and dataset.sizes["case"] > 1:
+        further_numbers = [key for key in judged_numbers(dataset) if key != "p_max"]
+        judged = [verdict_table(dataset, key, reference, others) for key in further_numbers]
+        chart = figures.numbers_chart(dataset, figures.FURTHER, reference, "numbers")
+        yield Folded("Length, width and approach: which ICs suffice", [*judged, chart])
+    if others:
+        maps = figures.pressure_differences(dataset)
+        yield Folded(f"Maps of the differences of pressures from {symbol}", [maps])
+    yield Folded(f"Pressures with {symbol} on the rail in 3D", [figures.on_rail(dataset, lower)])
     notes = [NUMBERS.format(symbol, strain), *([further.note] if further else [])]
-    tables = case_tables(dataset, further)
-    yield Folded("All numbers, by load and ICs", [" ".join(notes), Note(SYMBOLS), *tables])
+    all_numbers: list[Block] = [" ".join(notes), Note(SYMBOLS), *case_tables(dataset, further)]
+    yield Folded("All numbers, by load and ICs", all_numbers)
     if further:
         yield further.section
     supports: list[Block] = [dataset.attrs["discounted"]]
@@ -109,13 +167,10 @@ def _sections(
         changes = changes_table("supports", OF_FRICTIONLESS, with_c, dataset, "supported_")
         supports += ["Effect of other supports on the largest contact computed with C:", changes]
     yield Folded("Rigid motions and supports of the bodies", supports)
-    seconds = dataset.seconds.values
-    cost = (
-        f"Pressures took {seconds.min():.2g} ... {seconds.max():.2g} s per case; the whole run took "
-        f"{dataset.attrs['seconds']:.1f} s."
-    )
+    seconds = range_text(dataset.seconds, ".2g")
+    cost = f"Pressures took {seconds} s per case; the whole run took {dataset.attrs['seconds']:.1f} s."
     yield Folded("Grids, C and cost", [GRIDS, _grids_table(dataset), cost])
-    yield Folded("The scene", [Verbatim(str(dataset.attrs["scene"]))])
+    yield Folded("The scene file", [Verbatim(str(dataset.attrs["scene"]))])
 
 
 def case_tables(dataset: xr.Dataset, further: FurtherSolution | None = None) -> Iterator[Table]:

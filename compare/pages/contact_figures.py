@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from compare.pages.contact_numbers import case_labels, largest_case
+from compare.pages.contact_numbers import case_labels, differences, largest_case, tolerance_levels
 from compare.report.charts import Chart, Curve, Map, Panel, Surface, simple_chart
 from compare.report.looks import drawing_order, ics_looks, ics_symbol, without_marker
 from compare.report.tables import Column
@@ -20,6 +20,7 @@ MAIN = ("p_max", "b")  # quantities over the angle of the patch, beside the pres
 FURTHER = ("a", "aspect", "approach", "stiffness")
 RELIEF = 0.2  # drawn height of the largest pressure over the grid's width
 LIFTED = 0.02  # drawn height of pressures of 0 over the height of the largest
+MOST = 40  # points of a drawing in 3D along x and along s
 LOAD = "load"  # the name of sliders
 Line = tuple[Array, Array]  # arc lengths [mm] and pressures [MPa], (n,)
 
@@ -39,10 +40,10 @@ def answer_chart(dataset: xr.Dataset) -> Chart:
         part = loaded_part(across)
         s = across.s.values[part]
         lines = {name: (s, across.sel(ics=name).values[part]) for name in ics_names(dataset)}
-        differences = {name: (s, own - lines[reference][1]) for name, (_, own) in lines.items()}
+        apart = {name: (s, own - lines[reference][1]) for name, (_, own) in lines.items()}
         angle = float(dataset.angle.sel(ics=reference)[number])
         title = f"pressure at {place}; the surface turns by {angle:.0f}°"
-        panels = profile_panels(title, lines, differences, reference)
+        panels = profile_panels(title, lines, apart, reference)
         profiles[label] = panels if len(lines) > 1 else panels[:1]
     return beside_numbers(dataset, profiles, reference)
 
@@ -54,8 +55,9 @@ def beside_numbers(dataset: xr.Dataset, profiles: Mapping[str, Sequence[Panel]],
     """
     above, below = over_angle(dataset, MAIN, reference) if len(profiles) > 1 else ([], [])
     steps = {label: [first, *above, *rest, *below] for label, (first, *rest) in profiles.items()}
-    columns = len(next(iter(steps.values()))) // 2 if above else 2
-    return Chart("answer", steps, columns, LOAD, 0.78, _start(dataset, reference))
+    alt = "pressures across the patch, p_max and half-width with each of the ICs, and their differences"
+    columns = 1 + len(above) if above else 2
+    return Chart("answer", steps, columns, LOAD, 0.78, _start(dataset, reference), alt=alt)
 
 
 def _start(dataset: xr.Dataset, reference: str) -> str:
@@ -64,7 +66,7 @@ def _start(dataset: xr.Dataset, reference: str) -> str:
 
 
 def over_angle(dataset: xr.Dataset, keys: Sequence[str], reference: str) -> tuple[list[Panel], list[Panel]]:
-    """Return numbers over the angle of the patch with the reference, and their differences to it.
+    """Return numbers over the angle of the patch with the reference, and their differences to it, if any.
 
     Cases that the reference has no solution of are left out.
     """
@@ -74,20 +76,21 @@ def over_angle(dataset: xr.Dataset, keys: Sequence[str], reference: str) -> tupl
     looks = ics_looks(ics_names(dataset))
     across, above, below = f"Δδ with {ics_symbol(reference)} [deg]", [], []
     for key in keys:
-        exact, estimate = (cases[name].sel(ics=reference).values for name in (key, f"estimate_{key}"))
-        nonzero = np.where(exact == 0, np.nan, exact)
-        values, differences = [], []
+        (off, known), estimate = differences(cases, key, reference), cases[f"estimate_{key}"]
+        values, apart = [], []
         for name in drawing_order(looks):
-            with_ics, symbol, look = cases[key].sel(ics=name).values, ics_symbol(name), looks[name]
-            bands = (estimate, 100 * np.abs(estimate / nonzero)) if name == reference else (None, None)
-            values.append(Curve(symbol, angle, with_ics, look, bands[0]))
-            differences.append(Curve(symbol, angle, 100 * (with_ics / nonzero - 1), look, bands[1]))
+            curve, is_reference = (ics_symbol(name), angle), name == reference
+            band = estimate.sel(ics=name) if is_reference else None
+            values.append(Curve(*curve, cases[key].sel(ics=name), looks[name], band))
+            bars = None if is_reference else known.sel(ics=name)
+            apart.append(Curve(*curve, off.sel(ics=name), looks[name], bars, bars=True))
         quantity = OF_FRICTIONLESS[key]
         title = f"{quantity.symbol} against the angle"
         above.append(Panel(title, across, Column(quantity.symbol, quantity.unit).title, values))
         difference = f"{quantity.symbol}: difference from {ics_symbol(reference)}"
-        below.append(Panel(difference, across, f"{quantity.symbol} [%]", differences))
-    return above, below
+        levels = tolerance_levels(dataset)
+        below.append(Panel(difference, across, f"{quantity.symbol} [%]", apart, levels=levels))
+    return above, below if len(looks) > 1 else []
 
 
 def numbers_chart(dataset: xr.Dataset, keys: Sequence[str], reference: str, name: str) -> Chart:
@@ -133,10 +136,19 @@ def surfaces(dataset: xr.Dataset) -> Chart:
 
 
 def patches(dataset: xr.Dataset) -> Chart:
-    """Return the same by load, and how far the pressures with other ICs are from it."""
-    steps = {label: patch_maps(dataset, number) for number, label in enumerate(case_labels(dataset))}
-    start = _start(dataset, reference_ics(dataset))
-    return Chart("patches", steps, min(len(ics_names(dataset)), 2), LOAD, start=start)
+    """Return the same by load."""
+    return _by_load(dataset, "patches", slice(1), 1)
+
+
+def pressure_differences(dataset: xr.Dataset) -> Chart:
+    """Return by load how far the pressures with other ICs are from the reference's."""
+    return _by_load(dataset, "differences", slice(1, None), min(len(compared_ics(dataset)), 3))
+
+
+def _by_load(dataset: xr.Dataset, name: str, part: slice, columns: int) -> Chart:
+    labels, start = case_labels(dataset), _start(dataset, reference_ics(dataset))
+    steps = {label: patch_maps(dataset, number)[part] for number, label in enumerate(labels)}
+    return Chart(name, steps, columns, LOAD, start=start, alt=f"{name} on the developed surface")
 
 
 def patch_maps(dataset: xr.Dataset, number: int) -> list[Map]:
@@ -168,6 +180,8 @@ def _on_patch(dataset: xr.Dataset, number: int) -> xr.DataArray:
 
 def edge(x: Array, s: Array, inside: Mask) -> tuple[Array, Array]:
     """Return the line about the elements that are inside, (n_x, n_s); its parts are separated by NaN."""
+    if not inside.any():
+        return np.array([np.nan]), np.array([np.nan])
     contour = Figure().subplots().contour(x, s, inside.T.astype(float), levels=[0.5])
     parts = [np.concatenate([part, [[np.nan, np.nan]]]) for part in contour.allsegs[0]]
     x_of_edge, s_of_edge = np.concatenate(parts)[:-1].T
@@ -175,9 +189,8 @@ def edge(x: Array, s: Array, inside: Mask) -> tuple[Array, Array]:
 
 
 def on_rail(dataset: xr.Dataset, lower: BodySurface) -> Chart:
-    """Return pressures on the lower surface, as heights and colours, by load and ICs; the reference first."""
-    names = [reference_ics(dataset), *compared_ics(dataset)]
-    steps: dict[str, list[Surface]] = {}
+    """Return pressures with the reference on the lower surface, as heights and colours, by load."""
+    reference, steps = reference_ics(dataset), dict[str, list[Surface]]()
 
     def points(x: Array, s: Array) -> Array:
         """Return points of a grid on the surface, (3, n_x, n_s)."""
@@ -186,12 +199,12 @@ def on_rail(dataset: xr.Dataset, lower: BodySurface) -> Chart:
 
     for number, label in enumerate(case_labels(dataset)):
         whole, on_patch = pressures(dataset, number), _on_patch(dataset, number)
-        x, s = on_patch.x.values, on_patch.s.values
-        body = points(whole.x.values[[0, -1]], np.linspace(*lower.contour.limits, 200))
-        steps[label] = []
-        for name in names:
-            p = on_patch.sel(ics=name)
-            height = RELIEF * np.ptp(whole.s.values) * (p.values / float(p.max()) + LIFTED)
-            raised = points(x, s) + height * lower.axes(0.0, s)[N][:, None]
-            steps[label].append(Surface(ics_symbol(name), body, raised, p.where(p > 0).values, "p [MPa]"))
-    return Chart("rail", steps, 1, LOAD, start=_start(dataset, names[0]), choice="ICs")
+        body = points(whole.x.values[[0, -1]], np.linspace(*lower.contour.limits, 60))
+        p = on_patch.sel(ics=reference)
+        p = p.isel({name: slice(None, None, -(-size // MOST)) for name, size in p.sizes.items()})
+        x, s = p.x.values, p.s.values
+        height = RELIEF * np.ptp(whole.s.values) * (p.values / float(p.max()) + LIFTED)
+        raised = points(x, s) + height * lower.axes(0.0, s)[N][:, None]
+        title = f"pressure with {ics_symbol(reference)}"
+        steps[label] = [Surface(title, body, raised, p.where(p > 0).values, "p [MPa]")]
+    return Chart("rail", steps, 1, LOAD, start=_start(dataset, reference), alt="pressures on the rail in 3D")

@@ -1,20 +1,155 @@
-"""Numbers of contacts on pages: the answer, verdicts, and the table of all numbers of a case."""
+"""Numbers of contacts on pages: which ICs suffice, verdicts, and the table of all numbers of a case."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from compare.report.looks import ics_symbol
-from compare.report.tables import VANISHING, Cell, Column, Row, Table, number_text, numbers, with_estimate
+from compare.report.parts import join_words
+from compare.report.tables import (
+    MINUS,
+    VANISHING,
+    Cell,
+    Column,
+    Row,
+    Table,
+    number_text,
+    numbers,
+    with_estimate,
+)
+from femic.contact.datasets import CHANGE, DISPLACED, FLOOR, LARGER, estimate_of_difference
+from femic.contact.pairs.ics import C
 from femic.contact.pairs.quantities import Quantity
-from femic.results.contact import case_names
+from femic.results.contact import case_names, map_names
 
 KILONEWTON = 1e3
 NO_BREAK = "\u00a0"
-ANSWERS = {"p_max": "MPa", "a": "mm", "b": "mm", "approach": "mm"}
 OF_PLACE = ("position", "F_y", "M_x", "s_centre")  # numbers that vanish by symmetry: no shares of them
-SUFFICES = 5.0  # %: deviation of the largest pressure up to which ICs suffice
+
+# --- verdicts -------------------------------------------------------------------------------------------
+
+
+YES, NO, OPEN = "yes", "no", "not decided"
+DECIDES = (
+    "“Not decided” means that the difference may be below or above the tolerance, given its estimated error. "
+    "More elements (contact.elements){} can decide it."
+)
+ALONE = "Only {} was computed. There is nothing to compare it with: give more ICs in contact.ics."
+NO_C = (
+    "C was not computed. Differences are those from {}, which is itself an approximation. Add C to "
+    "contact.ics to see how far each of the ICs is from C."
+)
+
+
+def tolerance(dataset: xr.Dataset) -> float:
+    """Return the largest difference that the scene tolerates [%]."""
+    return 100 * float(dataset.attrs["ics_tolerance"])
+
+
+def tolerance_levels(dataset: xr.Dataset) -> list[float]:
+    """Return the limits of tolerated differences [%], to be drawn; none where no scene says them."""
+    return [-tolerance(dataset), tolerance(dataset)] if "ics_tolerance" in dataset.attrs else []
+
+
+def verdict(difference: ArrayLike, estimate: ArrayLike, limit: float) -> str:
+    """Return whether differences are within a limit, each known to an estimate: yes, no, or not decided.
+
+    One that is beyond the limit by more than its estimate decides; yes needs all of them, also those that
+    are not known, NaN. The text is empty where none is known.
+    """
+    off, known = np.abs(np.ravel(difference)), np.ravel(estimate)
+    if np.all(np.isnan(off)):
+        return ""
+    if np.any(off - known > limit):
+        return NO
+    return YES if np.all(off + known <= limit) else OPEN
+
+
+def verdict_sentences(
+    verdicts: Mapping[str, str], deciding: Mapping[str, str], what: str, limit: str, where: tuple[str, str]
+) -> str:
+    """Return a sentence for each verdict that some ICs have, all of them by their symbols.
+
+    `deciding` are the differences that verdicts follow from; `where` says of all, and of some of what.
+    """
+    by_verdict = {word: [ics for ics, own in verdicts.items() if own == word] for word in (YES, NO, OPEN)}
+    texts = {
+        YES: "With {}, {} by at most {} {}.",
+        NO: "With {}, {} by more than {} {} (difference: {}).",
+        OPEN: "With {}, it is not decided whether {} by at most {} {} (difference: {}).",
+    }
+    return " ".join(
+        text.format(
+            join_words(by_verdict[word]),
+            what,
+            limit,
+            where[word == NO],
+            join_words(
+                deciding[ics] if len(by_verdict[word]) == 1 else f"{deciding[ics]} with {ics}"
+                for ics in by_verdict[word]
+            ),
+        )
+        for word, text in texts.items()
+        if by_verdict[word]
+    )
+
+
+def verdict_doubts(verdicts: Iterable[str], reference: str) -> Iterator[str]:
+    """Yield what decides what is not decided, and that the reference is no finite-element one."""
+    approximate = reference != C and not map_names([reference])
+    if OPEN in verdicts:
+        yield DECIDES.format("" if approximate else " or a smaller error of C (engine.tolerance)")
+    if approximate:
+        yield NO_C.format(ics_symbol(reference))
+
+
+# --- differences ----------------------------------------------------------------------------------------
+
+
+def differences(dataset: xr.Dataset, key: str, reference: str) -> tuple[xr.DataArray, xr.DataArray]:
+    """Return by how much numbers differ from the reference's [%], and the estimated errors of this.
+
+    Much of the error of two contacts on the same elements is common to both: where numbers on larger elements
+    are known, differences are taken there, too. Elsewhere the errors of both are added.
+    """
+    errors = [LARGER, CHANGE, FLOOR, "estimate_", DISPLACED]
+    known = dataset[[prefix + key for prefix in ("", *errors) if prefix + key in dataset]].drop_attrs()
+
+    def difference(contacts: xr.Dataset) -> xr.DataArray:
+        exact = contacts[key].sel(ics=reference, drop=True)
+        return 100 * (contacts[key] / exact.where(exact != 0) - 1)
+
+    off, own = difference(known), known[f"estimate_{key}"]
+    if LARGER + key not in known:
+        of_reference = own.sel(ics=reference, drop=True)
+        return off, 100 * (own + of_reference) / abs(known[key].sel(ics=reference, drop=True))
+    moved = abs(difference(known[[DISPLACED + key]].rename({DISPLACED + key: key})) - off)
+    estimate = estimate_of_difference(known, difference) + moved.fillna(
+        0.0
+    )  # NaN also where nothing is linearised
+    return off, estimate.where(own.notnull() & own.sel(ics=reference, drop=True).notnull())
+
+
+def difference_text(value: ArrayLike, estimate: ArrayLike, *, signed: bool = True) -> str:
+    """Return a difference [%] with its estimate, and with its sign unless it is a size."""
+    value, estimate = float(value), float(estimate)  # type: ignore[arg-type]
+    if np.isnan(value) or np.isnan(estimate):
+        return "–" if np.isnan(value) else f"{number_text(value, '+.1f' if signed else '.1f')} ± ? %"
+    text = with_estimate(value, estimate)
+    return f"{'+' if signed and not text.startswith((MINUS, '0 ')) else ''}{text} %"
+
+
+def deciding_text(off: xr.DataArray, estimate: xr.DataArray, limit: float, *, signed: bool = True) -> str:
+    """Return the difference [%] that a verdict follows from: with its estimate it is furthest on its side."""
+    beyond = verdict(off, estimate, limit) == NO
+    ends = abs(off) - estimate if beyond else abs(off) + estimate
+    at = ends.fillna(-np.inf if beyond else np.inf).argmax(...)
+    return difference_text(off.isel(at), estimate.isel(at), signed=signed)
+
+
+# --- which ICs suffice ----------------------------------------------------------------------------------
 
 
 def case_labels(dataset: xr.Dataset) -> list[str]:
@@ -30,54 +165,73 @@ def largest_case(dataset: xr.Dataset, reference: str) -> int:
     return int(np.argmax(loads.where(dataset.p_max.sel(ics=reference).notnull(), -np.inf).values))
 
 
-def verdict(off: float | xr.DataArray, estimate: float | xr.DataArray, limit: float) -> str:
-    """Return whether a difference, known to an estimate, is within a limit; all in percent."""
-    off, estimate = abs(float(off)), float(estimate)
-    if np.isnan(off):
-        return ""
-    off_text, estimate_text = (f"{float(f'{value:.2g}'):g}" for value in (off, estimate))
-    if abs(off - limit) < estimate:
-        return f"not decided: estimated error ± {estimate_text} %"
-    return f"within {limit:g} %" if off <= limit else f"differs by {off_text} %"
+def judged_numbers(dataset: xr.Dataset) -> dict[str, Column]:
+    """Return the numbers that one asks for first, with their heads; the prescribed one is not among them."""
+    free = ("approach", "mm") if dataset.case.attrs["units"] == "N" else ("load", "N")
+    return {key: Column(key, unit) for key, unit in (("p_max", "MPa"), ("a", "mm"), ("b", "mm"), free)}
 
 
-def answer_sentence(dataset: xr.Dataset, reference: str) -> str:
-    """Return the largest pressure and the patch at the largest load with the reference."""
-    number = largest_case(dataset, reference)
-    case = dataset.isel(case=number).sel(ics=reference)
-    return (
-        f"At {case_labels(dataset)[number]} the largest pressure is "
-        f"{with_estimate(case.p_max, case.estimate_p_max)} MPa with {ics_symbol(reference)}. The patch "
-        f"measures 2a × 2b = {2 * float(case.a):.3g} × {2 * float(case.b):.3g} mm; the surface turns by "
-        f"{float(case.angle):.0f}° across it."
+def verdicts(dataset: xr.Dataset, reference: str, others: Sequence[str]) -> dict[str, str]:
+    """Return whether p_max is within the tolerance in all cases, by ICs."""
+    off, known = differences(dataset, "p_max", reference)
+    return {name: verdict(off.sel(ics=name), known.sel(ics=name), tolerance(dataset)) for name in others}
+
+
+def answer_sentence(dataset: xr.Dataset, reference: str, others: Sequence[str]) -> str:
+    """Return with which ICs p_max is within the tolerance, and the reference's at the largest load."""
+    number, (off, known) = largest_case(dataset, reference), differences(dataset, "p_max", reference)
+    case, label, symbol = (
+        dataset.isel(case=number).sel(ics=reference),
+        case_labels(dataset)[number],
+        ics_symbol(reference),
     )
+    unit = "load" if dataset.case.attrs["units"] == "N" else "approach"
+    several, limit = dataset.sizes["case"] > 1, tolerance(dataset)
+    said = verdict_sentences(
+        {ics_symbol(name): word for name, word in verdicts(dataset, reference, others).items()},
+        {ics_symbol(name): deciding_text(off.sel(ics=name), known.sel(ics=name), limit) for name in others},
+        f"p_max differs from {symbol}",
+        f"{limit:g} %",
+        (f"at every {unit}", f"at one {unit} or more") if several else (f"at {label}", f"at {label}"),
+    )
+    return (
+        f"{said} At {label}, the largest pressure p_max is "
+        f"{with_estimate(case.p_max, case.estimate_p_max)} MPa with {symbol}; ± is the estimated error. The "
+        "contact patch measures 2a × 2b = "
+        f"{2 * float(case.a):.3g} × {2 * float(case.b):.3g} mm, and the surface turns by "
+        f"{float(case.angle):.0f}° across it."
+    ).strip()
 
 
 def answer_table(dataset: xr.Dataset, reference: str, others: Sequence[str]) -> Table:
-    """Return the numbers that one asks for first, with the reference, and how far others are from them.
+    """Return with which ICs p_max is within the tolerance, by case; of a single one, also other numbers."""
+    if dataset.sizes["case"] > 1:
+        return verdict_table(dataset, "p_max", reference, others)
+    tables = {
+        head.title: verdict_table(dataset, key, reference, others)
+        for key, head in judged_numbers(dataset).items()
+    }
+    first = next(iter(tables.values()))
+    rows = [Row(title, table.rows[0].cells[1:]) for title, table in tables.items()]
+    return Table(f"at {case_labels(dataset)[0]}", [f"with {ics_symbol(reference)}", *first.columns[2:]], rows)
 
-    A row per case; of a single case a row for each of the ICs.
-    """
-    symbol, labels = ics_symbol(reference), case_labels(dataset)
-    heads = [Column(key, unit) for key, unit in ANSWERS.items()]
-    if len(labels) == 1:
-        solutions = {name: dataset.isel(case=0).sel(ics=name) for name in (reference, *others)}
-        rows = [
-            Row(ics_symbol(name), [number_cell(solution, solutions[reference], key) for key in ANSWERS])
-            for name, solution in solutions.items()
-        ]
-        return Table(f"at {labels[0]}; difference from {symbol}", heads, rows)
-    rows = []
-    for number, label in enumerate(labels):
-        case, exact = dataset.isel(case=number), dataset.isel(case=number).sel(ics=reference)
-        cells = [Cell(with_estimate(exact[key], exact[f"estimate_{key}"])) for key in ANSWERS]
-        known = 100 * float(exact.estimate_p_max / exact.p_max)
+
+def verdict_table(dataset: xr.Dataset, key: str, reference: str, others: Sequence[str]) -> Table:
+    """Return a number with the reference, and whether others are within the tolerance of it, by case."""
+    rows, (off, known) = [], differences(dataset, key, reference)
+    for number, label in enumerate(case_labels(dataset)):
+        exact = dataset.isel(case=number).sel(ics=reference)
+        cells = [Cell(float(exact.angle), ".0f"), Cell(with_estimate(exact[key], exact[f"estimate_{key}"]))]
         for name in others:
-            off = 100 * float(case.p_max.sel(ics=name) / exact.p_max - 1)
-            cells.append(Cell(off, "+.1f", verdict(off, known, SUFFICES)))
+            each = off.isel(case=number).sel(ics=name), known.isel(case=number).sel(ics=name)
+            cells.append(Cell(verdict(*each, tolerance(dataset)) or "–", below=difference_text(*each)))
         rows.append(Row(label.replace(" ", NO_BREAK), cells))
-    differences = numbers(*(f"p_max: {ics_symbol(name)} against {symbol}" for name in others), unit="%")
-    return Table(f"with {symbol} at", [*heads, *differences], rows)
+    asked = numbers(*(f"{ics_symbol(name)} within {tolerance(dataset):g} %?" for name in others))
+    with_reference = Column(f"{key} with {ics_symbol(reference)}", judged_numbers(dataset)[key].unit)
+    return Table("at", [Column("surface turns by", "°"), with_reference, *asked], rows)
+
+
+# --- all numbers ----------------------------------------------------------------------------------------
 
 
 def numbers_table(

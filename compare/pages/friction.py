@@ -1,23 +1,34 @@
 """The pages of motions with friction: what they have in common, and what each motion adds."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from compare.pages.contact_figures import edge
+from compare.pages.contact_numbers import (
+    ALONE,
+    deciding_text,
+    tolerance,
+    tolerance_levels,
+    verdict,
+    verdict_doubts,
+    verdict_sentences,
+)
 from compare.report.charts import Cell as ChartCell
 from compare.report.charts import Chart, Curve, Map, Panel
-from compare.report.looks import drawing_order, ics_looks, ics_symbol
+from compare.report.looks import drawing_order, ics_looks, ics_symbol, without_marker
 from compare.report.parts import Block, Folded, Note, Page, Section, Verbatim, join_words, write_results
-from compare.report.tables import MINUS, Cell, Row, Table, changed_cell, with_estimate
+from compare.report.tables import MINUS, Cell, Row, Table, changed_cell, number_text, with_estimate
+from femic.contact.datasets import CHANGE, FLOOR, LARGER, estimate_of_difference
 from femic.contact.motions import MOTIONS
 from femic.contact.motions.rolling import OF_CURVE, scaled_force
 from femic.contact.pairs.ics import C
 from femic.contact.pairs.quantities import ALL
-from femic.results.contact import ics_names, reference_ics, reference_name
+from femic.results.contact import compared_ics, ics_names, reference_ics, reference_name
 from femic.results.friction import PREFIX
 
 # --- numbers as pages show them -------------------------------------------------------------------------
@@ -87,13 +98,18 @@ def places(dataset: xr.Dataset) -> xr.DataArray:
 def place_text(dataset: xr.Dataset, place: float) -> str:
     """Return a place along the dimension of the motion with its unit."""
     across = abscissa(dataset)
-    return f"{place * across.factor:.4g}{'' if across.unit == '%' else ' '}{across.unit}"
+    return f"{number_text(place * across.factor, '.4g')} {across.unit}"
 
 
 def load_text(dataset: xr.Dataset) -> str:
     """Return the load, or the largest one, with its unit."""
     load = quantity_label(dataset, "load")
     return f"{largest_load(dataset) * load.factor:g} {load.unit}"
+
+
+def friction_text(dataset: xr.Dataset) -> str:
+    """Return the coefficients of friction."""
+    return join_words(f"{friction:g}" for friction in dataset.friction.values)
 
 
 def reference_symbol(dataset: xr.Dataset) -> str:
@@ -130,18 +146,58 @@ def difference(dataset: xr.Dataset) -> xr.DataArray:
 
 def difference_unit(dataset: xr.Dataset) -> str:
     """Return the unit of differences of the main number."""
-    return "% of contact area" if motion_name(dataset) == "compression" else "% of friction load"
+    return "% of the contact area" if motion_name(dataset) == "compression" else "% of friction × load"
 
 
-def largest_differences(dataset: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray]:
-    """Return the largest difference of each ICs at any friction and place [%], and its estimate there.
+def difference_estimate(dataset: xr.Dataset) -> xr.DataArray:
+    """Return the estimated error of this difference [%].
 
-    By the triangle inequality, the estimate of a difference is the sum of those of both.
+    In steady rolling it is the difference's own. Elsewhere, by the triangle inequality, it is the sum of
+    those of both.
     """
-    known, away = main_number(dataset, "estimate_"), abs(difference(dataset))
-    both = known + known.sel(ics=reference_ics(dataset))
-    at = away.fillna(0.0).argmax(["friction", MOTIONS[motion_name(dataset)].dimension])
-    return away.isel(at), both.isel(at)
+    if motion_name(dataset) == "rolling":
+        forces = dataset[[f"{prefix}F_x" for prefix in ("", LARGER, CHANGE, FLOOR)]]
+        return estimate_of_difference(forces, difference)
+    known = main_number(dataset, "estimate_")
+    return known + known.sel(ics=reference_ics(dataset))
+
+
+def judged_differences(dataset: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray]:
+    """Return the differences [%] that ICs are judged by, by friction and ICs, and their estimated errors.
+
+    They are those at all places, or the largest ones of curves.
+    """
+    if "largest" in dataset:
+        return 100 * dataset.largest.drop_attrs(), 100 * dataset.estimate_largest.drop_attrs()
+    return difference(dataset), difference_estimate(dataset)
+
+
+def verdicts(dataset: xr.Dataset) -> dict[str, str]:
+    """Return whether the main number is within the tolerance everywhere, by ICs."""
+    off, known = judged_differences(dataset)
+    limit = tolerance(dataset)
+    return {name: verdict(off.sel(ics=name), known.sel(ics=name), limit) for name in compared_ics(dataset)}
+
+
+def verdict_cells(dataset: xr.Dataset) -> dict[str, Cell]:
+    """Return these verdicts with the sizes of the differences that they follow from, by ICs."""
+    (off, known), cells = judged_differences(dataset), dict[str, Cell]()
+    for name, word in verdicts(dataset).items():
+        each = abs(off.sel(ics=name)), known.sel(ics=name)
+        cells[name] = Cell(word or "–", below=deciding_text(*each, tolerance(dataset), signed=False))
+    return cells
+
+
+def verdict_text(dataset: xr.Dataset, what: str, where: tuple[str, str]) -> str:
+    """Return these verdicts in sentences: `what` differs by at most the tolerance at all places, or more."""
+    cells = {ics_symbol(name): cell for name, cell in verdict_cells(dataset).items()}
+    return verdict_sentences(
+        {symbol: cell.text for symbol, cell in cells.items()},
+        {symbol: cell.below for symbol, cell in cells.items()},
+        f"{what} differs from {reference_symbol(dataset)}",
+        f"{tolerance(dataset):g} {difference_unit(dataset)}",
+        where,
+    )
 
 
 def worst_friction(dataset: xr.Dataset) -> float:
@@ -203,10 +259,15 @@ def curves_by_ics(
 
 
 def difference_panel(dataset: xr.Dataset, contacts: xr.Dataset, title: str) -> Panel:
-    """Return the differences of the main number of contacts at one friction, with estimates."""
-    estimate = main_number(contacts, "estimate_")
-    curves = curves_by_ics(places(dataset), difference(contacts), estimate)
-    return Panel(title, abscissa(dataset).title, f"difference [{difference_unit(dataset)}]", curves)
+    """Return the differences of the main number of contacts at one friction, with bars of their estimates."""
+    estimate, symbol = difference_estimate(contacts), reference_symbol(dataset)
+    known = {ics_symbol(name): estimate.sel(ics=name) for name in compared_ics(dataset)}
+    curves = [
+        curve if curve.label == symbol else replace(curve, band=known[curve.label], bars=True)
+        for curve in curves_by_ics(places(dataset), difference(contacts))
+    ]
+    up, levels = f"difference [{difference_unit(dataset)}]", tolerance_levels(dataset)
+    return Panel(title, abscissa(dataset).title, up, curves, levels=levels)
 
 
 def numbers_chart(dataset: xr.Dataset) -> Chart:
@@ -225,18 +286,38 @@ def numbers_chart(dataset: xr.Dataset) -> Chart:
     return by_friction(dataset, "numbers", lambda contacts: list(panels(contacts)), 3, 0.85, alt)
 
 
-def contact_maps(contacts: xr.Dataset, name: str) -> list[Map]:
-    """Return maps of the contact area, one per ICs, in the same colours, as far as any contact goes.
+def outlines(contacts: xr.Dataset) -> Map:
+    """Return pressures with the reference, and with each of the ICs lines about the part that sticks.
 
-    `name`: pressures [MPa], work of friction per area, or stick, where the contact sticks or slides.
+    Dotted lines go about the patch.
     """
+    pressure, reference = contacts.p.sel(direction="n"), reference_ics(contacts)
+    ranges = covered_ranges(pressure > 0)
+    near, looks = contacts.isel(ranges), ics_looks(ics_names(contacts))
+    p, curves = pressure.isel(ranges).transpose("ics", "x", "s"), list[Curve]()
+    sticks = near.stick.astype(bool).transpose("ics", "x", "s") & (p > 0)
+    for name in drawing_order(looks):
+        for part, look in ((p > 0, replace(looks[name], dash="dot", width=1.0)), (sticks, looks[name])):
+            line = edge(p.x.values, p.s.values, part.sel(ics=name).values)
+            curves.append(Curve(ics_symbol(name), *line, without_marker(look)))
+    with_reference = p.sel(ics=reference)
+    return Map(
+        f"pressure with {ics_symbol(reference)}, and where the contact sticks with each of the ICs",
+        "x [mm]",
+        "s [mm]",
+        p.x.values,
+        p.s.values,
+        with_reference.where(with_reference > 0).values,
+        "MPa",
+        curves=curves,
+        to_scale=True,
+    )
+
+
+def work_maps(contacts: xr.Dataset) -> list[Map]:
+    """Return maps of the work of friction, one per ICs, in the same colours, as far as any contact goes."""
     pressure = contacts.p.sel(direction="n")
-    values, unit, classes = {
-        "pressures": (pressure, contacts.p.attrs["units"], ()),
-        "work": (contacts.work, contacts.work.attrs["units"], ()),
-        "stick": (1.0 - contacts.stick, "", ("sticks", "slides")),
-    }[name]
-    drawn = values.where(pressure > 0).isel(covered_ranges(pressure > 0))
+    drawn = contacts.work.where(pressure > 0).isel(covered_ranges(pressure > 0))
     return [
         Map(
             ics_symbol(ics),
@@ -245,9 +326,8 @@ def contact_maps(contacts: xr.Dataset, name: str) -> list[Map]:
             drawn.x.values,
             drawn.s.values,
             drawn.sel(ics=ics).transpose("x", "s").values,
-            unit,
+            contacts.work.attrs["units"],
             limits=(0.0, float(drawn.max())),
-            classes=classes,
             to_scale=True,
         )
         for ics in ics_names(contacts)
@@ -268,6 +348,12 @@ def covered_ranges(pressed: xr.DataArray) -> dict[str, slice]:
 
 EXACT = 1e-5  # share of a number below which its estimate is none
 MOST, FEW = 20, 5  # places in the tables of the main number, and of others
+OUTLINES = "Lines: around the part that sticks. Dotted lines: around the contact patch."
+COLOURS = "The colours of all maps end at the largest value with any of the ICs."
+PLANES = (
+    "femic applies the factor to each strip of elements. Programs for planar contact apply one friction "
+    "coefficient to each plane, so their forces differ where the factor changes within a patch."
+)
 BELOW = (
     "The tables show some of the points; the charts and contact.nc have all of them. The small number "
     "below is the estimated error. It comes from the same contact on elements twice and four times as "
@@ -280,9 +366,10 @@ BELOW = (
 class PageParts:
     """What the page of a motion has of its own.
 
-    `note` explains the main chart, `contact` says of which contact the maps are, `work` what the work of
-    friction on them is; `remarks` are sentences on the limits of the numbers. `steady` is before the names of
-    numbers of steady rolling, which then have rows of their own.
+    `doubts` say what may be wrong, beside what all motions have; `note` explains the main chart, `contact`
+    says of which contact the maps are, `work` what the work of friction on them is; `remarks` are sentences
+    on the limits of the numbers. `steady` is before the names of numbers of steady rolling, which then have
+    rows of their own.
     """
 
     summary: str
@@ -290,8 +377,8 @@ class PageParts:
     note: str
     contact: str
     work: str
-    sections: Sequence[Section] = ()
-    tables: Sequence[Folded] = ()
+    doubts: Sequence[str] = ()
+    further: Sequence[Folded] = ()
     remarks: Sequence[str] = ()
     steady: str = ""
 
@@ -305,30 +392,53 @@ class MotionPage:
 
     def write(self, dataset: xr.Dataset, out: Path) -> Path:
         """Write `contact.nc`, figures and `contact.html` into a folder; return the path of the page."""
-        own = self.parts(dataset)
-        note = filter(None, [own.note, dataset.attrs["friction_by_angle"], dataset.attrs.get("choice", "")])
-        largest = f"The colour scale of all maps ends at the largest value with any of the ICs. {own.contact}"
-
-        def maps(name: str) -> Chart:
-            return by_friction(dataset, name, lambda contacts: contact_maps(contacts, name))
-
+        own, across = self.parts(dataset), abscissa(dataset).symbol
+        sticks = by_friction(
+            dataset,
+            "stick",
+            lambda contacts: [outlines(contacts)],
+            1,
+            1.3,
+            alt="pressures, and where the contact sticks",
+        )
+        work = by_friction(dataset, "work", work_maps, alt="work of friction with each of the ICs")
         numbers = [numbers_chart(dataset), BELOW, *number_tables(dataset, own.steady)]
         sections: list[Section | Folded] = [
-            Section("", [self.main_chart(dataset), Note(" ".join(note))]),
-            *own.sections,
-            Section("Where the contact sticks", [own.contact, maps("stick")]),
-            Folded("Pressures", [largest, maps("pressures")]),
-            Folded("Work of friction", [f"{largest} {own.work}", maps("work")]),
-            *own.tables,
-            Folded("All numbers", numbers),
+            Section("", [self.main_chart(dataset), *chart_notes(dataset, own.note)]),
+            Section("Where the contact sticks", [f"{own.contact} {OUTLINES}", sticks]),
+            *own.further,
+            Folded("Maps of the work of friction", [f"{own.contact} {own.work} {COLOURS}", work]),
+            Folded(f"All numbers against {across}, with each of the ICs", numbers),
             Folded(
-                "Limits, supports, grid and cost",
+                "Limits, other supports, grid and cost",
                 [*own.remarks, *support_tables(dataset), cost(dataset)],
             ),
-            Folded("Scene file", [Verbatim(str(dataset.attrs["scene"]))]),
+            Folded("The scene file", [Verbatim(str(dataset.attrs["scene"]))]),
         ]
-        page = Page(str(dataset.attrs["title"]), own.summary, sections, own.answer)
+        said = [
+            *verdict_doubts(verdicts(dataset).values(), reference_ics(dataset)),
+            *missing(dataset),
+            *own.doubts,
+        ]
+        page = Page(str(dataset.attrs["title"]), own.summary, sections, own.answer, said)
         return write_results(page, out, "contact", dataset)
+
+
+def chart_notes(dataset: xr.Dataset, note: str) -> list[Note]:
+    """Return the notes on the main chart: its own, why these ICs, how friction depends on the angle."""
+    by_angle = dataset.attrs["friction_by_angle"]
+    texts = [note, dataset.attrs.get("choice", ""), f"{by_angle} {PLANES}" if by_angle else ""]
+    return [Note(text) for text in texts if text]
+
+
+def missing(dataset: xr.Dataset) -> Iterator[str]:
+    """Yield where there is nothing to compare with, and where no contact was found."""
+    if not compared_ics(dataset):
+        yield ALONE.format(reference_symbol(dataset))
+    for name in ics_names(dataset):
+        number = main_number(dataset).sel(ics=name)
+        if unsolved := int(number.isnull().sum()):
+            yield f"With {ics_symbol(name)}, no contact was found at {unsolved} of {number.size} points."
 
 
 def number_tables(dataset: xr.Dataset, steady: str = "") -> list[Block]:

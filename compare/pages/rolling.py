@@ -5,7 +5,7 @@ from itertools import product
 
 import xarray as xr
 
-from compare.pages.contact_numbers import verdict
+from compare.pages.contact_numbers import tolerance
 from compare.pages.friction import (
     MotionPage,
     PageParts,
@@ -14,23 +14,31 @@ from compare.pages.friction import (
     curves_by_ics,
     difference_panel,
     difference_unit,
+    friction_text,
     load_text,
     percent_change,
     places,
     quantity_label,
     reference_symbol,
     signed_text,
+    verdict_cells,
+    verdict_text,
     worst_friction,
 )
 from compare.report.charts import Chart, Curve, Panel
 from compare.report.looks import Look, ics_symbol
-from compare.report.parts import Folded, Section, extreme, range_text
+from compare.report.parts import Folded, extreme
 from compare.report.tables import Cell, Column, Row, Table, number_text, numbers, with_estimate
 from femic.contact.datasets import DISPLACED
-from femic.contact.motions.rolling import OF_CURVE
+from femic.contact.motions.rolling import OF_CURVE, scaled_force
 from femic.results.contact import compared_ics, ics_names, reference_ics
 
-SUFFICES = 2.0  # % of friction times load: largest distance of curves up to which ICs suffice
+EVERYWHERE = "at every creepage", "at one creepage or more"
+NOTE = (
+    "Left: F_x is the longitudinal force on the wheel; band: estimated error of {0}. Right: bars are the "
+    "estimated errors of the differences, dotted lines the tolerance, key ics_tolerance of the scene."
+)
+PRESSED = "F_x exceeds friction × load at some creepages, because the flanks also press on each other."
 LIMIT = Look("#808080", "solid", width=1)
 ACROSS = "creepage [%]"
 
@@ -38,61 +46,51 @@ ACROSS = "creepage [%]"
 def parts(dataset: xr.Dataset) -> PageParts:
     """Return how far the creep-force curves of ICs are from the reference's, tractions, and free rolling."""
     symbol = reference_symbol(dataset)
-    zero = 100 * dataset.zero_creepage.sel(ics=reference_ics(dataset))
-    pressed_too = "The force can exceed friction times load because the flanks also press on each other. "
+    ends = [number_text(xi, ".3g") for xi in places(dataset).values[[0, -1]]]
     share = dataset.attrs["equal_force"]
     contact = f"All contacts carry the same force, F_x = {share:g} × friction × load; their creepages differ."
-    tractions = (
-        f"{contact} The wheel rolls towards +x. Grey: the friction limit with {symbol}, friction times "
-        "pressure."
-    )
+    tractions = f"{contact} The wheel rolls towards +x. Grey: friction × pressure with {symbol}."
     return PageParts(
         summary=(
-            f"With {symbol}, under {load_text(dataset)} and friction {range_text(dataset.friction, 'g')}, "
-            f"the longitudinal force is zero at a creepage of {range_text(zero, '.2g')}%."
-        ),
+            f"{verdict_text(dataset, 'F_x', EVERYWHERE)} Load: {load_text(dataset)}; friction: "
+            f"{friction_text(dataset)}; creepages: {ends[0]} to {ends[1]} %; ± is the estimated error."
+        ).strip(),
         answer=answer(dataset),
-        note=(
-            f"{load_text(dataset)}. {'' if dataset.attrs['friction_by_angle'] else pressed_too}Band: "
-            f"estimated error of {symbol}."
-        ),
+        note=NOTE.format(symbol),
+        doubts=list(doubts(dataset)),
         contact=contact,
         work="Work of friction per unit of rolled distance and area (minus traction times slip).",
-        sections=[Section("Tractions along the centre line", [tractions, centre_line(dataset)])],
-        tables=[curve_tables(dataset)],
+        further=[
+            Folded("Pressures and tractions along the centre line", [tractions, centre_line(dataset)]),
+            curve_tables(dataset),
+        ],
         remarks=list(remarks(dataset)),
     )
 
 
 def answer(dataset: xr.Dataset) -> Table:
-    """Return the largest distances of curves at any friction, and free rolling where ICs differ most."""
-    friction, symbol = worst_friction(dataset), reference_symbol(dataset)
+    """Return with which ICs forces are within the tolerance, and free rolling where ICs differ most."""
+    friction, symbol, cells = worst_friction(dataset), reference_symbol(dataset), verdict_cells(dataset)
     zero, slope = (quantity_label(dataset, name) for name in ("zero_creepage", "slope"))
-    largest, estimates = (100 * dataset[name].max("friction") for name in ("largest", "estimate_largest"))
-    at = dataset.sel(friction=friction)
+    at, rows = dataset.sel(friction=friction), list[Row]()
     reference = at.sel(ics=reference_ics(dataset))
-    rows = []
-    for name in ics_names(dataset):
-        curve, off, known = at.sel(ics=name), largest.sel(ics=name), estimates.fillna(0.0).sel(ics=name)
-        away = zero.factor * (curve.zero_creepage - reference.zero_creepage)
-        cells: list[Cell | str] = [
-            Cell(with_estimate(off, known), below=verdict(off, known, SUFFICES)),
-            _estimate_text(curve, "zero_creepage", zero.factor),
-            signed_text(away, zero.factor * reference.estimate_zero_creepage),
-            _estimate_text(curve, "slope", slope.factor),
-            number_text(percent_change(curve.slope, reference.slope), "+.1f"),
+    for name in [reference_ics(dataset), *compared_ics(dataset)]:
+        curve, apart = at.sel(ics=name), ["", ""]
+        if name in cells:
+            away = zero.factor * (curve.zero_creepage - reference.zero_creepage)
+            steeper = number_text(percent_change(curve.slope, reference.slope), "+.1f")
+            apart = [signed_text(away, zero.factor * reference.estimate_zero_creepage), f"{steeper} %"]
+        texts = [
+            _estimate_text(curve, key, one.factor) for key, one in (("zero_creepage", zero), ("slope", slope))
         ]
-        if name == reference_ics(dataset):
-            cells[0] = cells[2] = cells[4] = ""
-        rows.append(Row(ics_symbol(name), cells))
+        free = [Cell(text, below=below) for text, below in zip(texts, apart, strict=True)]
+        rows.append(Row(ics_symbol(name), [cells.get(name, Cell("reference")), *free]))
     columns = [
-        Column(f"largest difference from the curve with {symbol}", difference_unit(dataset)),
+        Column(f"F_x within {tolerance(dataset):g} {difference_unit(dataset)}?"),
         Column(f"creepage at F_x = 0, friction {friction:g}", zero.unit),
-        Column(f"minus that with {symbol}", zero.unit),
-        Column(f"slope at F_x = 0, friction {friction:g}", slope.unit),
-        Column(f"off {symbol} by", "%"),
+        Column(f"slope of F_x there, friction {friction:g}", slope.unit),
     ]
-    return Table("ICs", columns, rows)
+    return Table(f"ICs; small: difference from {symbol}", columns, rows)
 
 
 def _estimate_text(curve: xr.Dataset, name: str, factor: float) -> str:
@@ -127,7 +125,7 @@ def centre_line(dataset: xr.Dataset) -> Chart:
         tractions = along.p.sel(friction=contacts.friction)
         p_n, p_x = (tractions.sel(direction=name) for name in ("n", "x"))
         bound = float(contacts.friction) * float(along.friction_factor) * p_n.sel(ics=reference)
-        limits = [Curve("friction times pressure", along.x, sign * bound, LIMIT) for sign in (1, -1)]
+        limits = [Curve("friction × pressure", along.x, sign * bound, LIMIT) for sign in (1, -1)]
         minus = f"traction minus that with {ics_symbol(reference)}"
         away = curves_by_ics(along.x, p_x - p_x.sel(ics=reference))
         across = "x [mm]"
@@ -169,26 +167,32 @@ def curve_tables(dataset: xr.Dataset) -> Folded:
 
 
 def remarks(dataset: xr.Dataset) -> Iterator[str]:
-    """Yield the effect of the distance of the displaced wheel, and which contacts are less accurate."""
+    """Yield the effect of the distance of the displaced wheel."""
     reference = dataset.sel(ics=reference_ics(dataset))
     solved = reference.isel(friction=reference[f"{DISPLACED}zero_creepage"].notnull())
     if solved.sizes["friction"]:
         zero = 100 * (solved[f"{DISPLACED}zero_creepage"] - solved.zero_creepage)
         known = 100 * float(solved.estimate_zero_creepage.max())
         linearised = solved.p_max.sel(xi=solved[f"{DISPLACED}xi"])
-        p_max = solved[f"{DISPLACED}p_max"] / linearised - 1
+        p_max = 100 * (solved[f"{DISPLACED}p_max"] / linearised - 1)
         yield (
             f"With {reference_symbol(dataset)}, the distance of the displaced wheel, used instead of the "
             "linearised distance, would change the creepage at F_x = 0 by "
-            f"{signed_text(extreme(zero), known)}% and p_max by {number_text(extreme(p_max), '+.1%')}."
+            f"{signed_text(extreme(zero), known)} % and p_max by {number_text(extreme(p_max), '+.1f')} %."
         )
+
+
+def doubts(dataset: xr.Dataset) -> Iterator[str]:
+    """Yield which contacts are less accurate, and whether forces exceed friction times load."""
     for name in ics_names(dataset):
         simplified = dataset.simplified.sel(ics=name)
         if number := int(simplified.sum()):
             yield (
-                f"{ics_symbol(name)}: {number} of {simplified.size} contacts were only solved in a "
-                "simplified form at the leading edge. These contacts are less accurate."
+                f"With {ics_symbol(name)}, contacts solved only in a simplified form at the leading edge: "
+                f"{number} of {simplified.size}. They are less accurate."
             )
+    if not dataset.attrs["friction_by_angle"] and float(abs(scaled_force(dataset)).max()) > 1.0:
+        yield PRESSED
 
 
 ROLLING = MotionPage(creep_force, parts)

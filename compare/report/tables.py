@@ -113,7 +113,9 @@ def with_estimate(value: float | xr.DataArray, estimate: float | xr.DataArray) -
     if np.isnan(value):
         return "–"
     if np.isnan(estimate):
-        return f"{number_text(value, '.4g')} ± ?"
+        power = _power(value, 3)
+        plain = LEAST_POWER <= power <= LARGEST_POWER
+        return f"{_rounded_text(value, power - 3) if plain else number_text(value, '.4g')} ± ?"
     if estimate <= ROUNDING * abs(value):
         return number_text(value, ".6g")
     first = _power(estimate, 1)  # power of ten of its first digit

@@ -37,21 +37,25 @@ def contact(
         str | None,
         Parameter(help="ICs to solve the contact with, such as A,B,Bhat,C; default: those of the scene"),
     ] = None,
+    tolerance: Annotated[
+        float | None,
+        Parameter(help="largest relative error of ICs that suffice; default: ics_tolerance of the scene"),
+    ] = None,
     work: Work = DEFAULT_WORK,
 ) -> None:
     """Solve the contact of scenes with several ICs, with or without friction; write contact.nc and a report.
 
-    The key `contact.motion` of a scene chooses contact without friction, steady or transient rolling, or
-    compression. With ics = "auto" and `want`, femic uses the cheapest ICs that meet the tolerance. For two or
-    more frictionless scenes, maps show where A and B-hat differ if the pressures of one scene act on the
-    patch of another.
+    The report says first which ICs are within the tolerance. The key `contact.motion` of a scene chooses
+    contact without friction, steady or transient rolling, or compression. With ics = "auto" and `want`, femic
+    uses the cheapest ICs that meet the tolerance. For two or more frictionless scenes, maps show where A and
+    B-hat differ if the pressures of one scene act on the patch of another.
     """
     if not scene:
         raise WrongInput("SCENE: name at least one scene, such as wide tall")
-    changes = None
+    changes: dict[str, Any] = {} if tolerance is None else {"ics_tolerance": tolerance}
     if ics:  # files of maps are relative to the working directory
         own = [MAP + str(Path(n.removeprefix(MAP)).absolute()) if is_map(n) else n for n in ics.split(",")]
-        changes = {"contact": {"ics": own}}
+        changes["contact"] = {"ics": own}
     scenes = [load_scene(name, changes) for name in scene]
     questions = {  # of scenes whose ICs are chosen by what they want
         loaded.name: frontier.Question(loaded.want, loaded.ics_tolerance)
@@ -80,7 +84,7 @@ def contact(
                 chosen, _ = contact_advice.advise_contact(
                     name, question, options, maps, expect=expected.expect
                 )
-                solved, choice = load_scene(name, chosen.changes), chosen.text
+                solved, choice = load_scene(name, {**changes, **chosen.changes}), chosen.text
                 console.print(choice, soft_wrap=True)
             if solved.contact.friction is None:
                 found = compute.solve_scene(solved, options, c_map.maps_of_scene(solved))

@@ -12,7 +12,7 @@ import xarray as xr
 
 from approx.variants import needs_effective
 from femic.cache.digests import results_digest, versions
-from femic.contact.datasets import INCLINATION, SECONDS, S, X, variables
+from femic.contact.datasets import CHANGE, DISPLACED, FLOOR, INCLINATION, LARGER, SECONDS, S, X, variables
 from femic.contact.feasibility import impossible, without_operator
 from femic.contact.finite_strain import finite_strain_shares
 from femic.contact.loading import amount
@@ -131,7 +131,8 @@ def to_dataset(scene: Scene, solution: FrictionlessContacts) -> xr.Dataset:
 
     `estimate_NAME` is the estimated error of NAME: from elements twice and four times as large
     (`femic.contact.estimates`), and, of C, the change with C plus its estimated error. `displaced_NAME`
-    is the number with the exact distance of the displaced body; NaN where there is none.
+    is the number with the exact distance of the displaced body; NaN where there is none. `larger_NAME`,
+    `change_NAME` and `floor_NAME` are as in `femic.contact.datasets`.
     `finite_strain_p_max` is by how much strains that are not small may change p_max
     (`femic.contact.finite_strain`), with all ICs alike: it is in no estimate.
     """
@@ -149,8 +150,11 @@ def to_dataset(scene: Scene, solution: FrictionlessContacts) -> xr.Dataset:
     tables = {
         "": by_contact(lambda contact: numbers(contact.on_grid, contact.normal)),
         "estimate_": by_contact(lambda contact: contact.estimated_errors()),
-        "displaced_": by_contact(displaced),
+        DISPLACED: by_contact(displaced),
     }
+    varied = by_contact(lambda contact: contact.variations())
+    for prefix in (LARGER, CHANGE, FLOOR):
+        tables[prefix] = [[variations[prefix] for variations in row] for row in varied]
     by_load = solution.loadings[0].load is not None
     name, unit = ("load", "N") if by_load else ("approach", "mm")
     cases = [float(getattr(loading, name)) for loading in solution.loadings]
@@ -216,9 +220,10 @@ def with_supports(dataset: xr.Dataset, supports: Mapping[str, Mapping[str, float
 
 
 def provenance(scene: Scene, seconds: float) -> dict[str, str | float]:
-    """Return attributes on the origin of a file of contacts: scene, seconds, code, versions."""
+    """Return attributes on the origin of a file of contacts: scene, tolerance, seconds, code, versions."""
     return {
         "scene": scene.text,
+        "ics_tolerance": scene.ics_tolerance,
         "seconds": seconds,
         "code": results_digest(),
         "versions": json.dumps(versions()),

@@ -60,8 +60,9 @@ class SceneFile(SceneTable):
     )
     ics_tolerance: Annotated[float, Field(gt=0, le=1)] = Field(
         0.02,
-        description="tolerance for ics = 'auto': largest error relative to the component, or to the "
-        "number wanted",
+        description="tolerance for the ICs, relative to the component, or to the number wanted. The pages "
+        "of femic contact say which ICs are within it, for creep forces relative to friction times load, "
+        "for sliding areas to the contact area; ics = 'auto' chooses by it",
     )
     want: Several[str] = Field(
         (),

@@ -98,7 +98,7 @@ class Scene:
     reference_length: float  # mm
     fields: bool  # whether displacements and stresses are written
     ics: str  # ICs to use: "C", a variant, or "auto"
-    ics_tolerance: float  # largest error of the ICs where they are chosen by "auto"
+    ics_tolerance: float  # by which contacts with ICs are judged, and ICs are chosen by "auto"
     want: tuple[str, ...]  # numbers of the contact that ICs have to be good for, of `femic.scenes.wants`
     check: "Scene | None" = None  # the same scene with the solid engine, whose C is drawn beside C
 

@@ -28,6 +28,7 @@ from geometries.errors import Failure
 from geometries.patches import Grid
 
 with lazy_imports():
+    from femic.contact import datasets
     from femic.contact import normal as solver
     from femic.contact.operators import protocols
     from femic.contact.pairs import grids, pair_on_grid
@@ -63,6 +64,16 @@ class SolvedContact:
     def normal(self) -> solver.NormalContact:
         """Pressures and gaps."""
         return self.contact.normal
+
+    def variations(self) -> dict[str, Numbers]:
+        """Numbers by what varies them, named as in `femic.contact.datasets`; NaN where not known."""
+        given, coarser = numbers(self.on_grid, self.normal), self.normal.coarser
+        perturbed = numbers(self.perturbed.on_grid, self.perturbed.normal) if self.perturbed else given
+        return {
+            datasets.LARGER: numbers(self.on_grid, coarser) if coarser else dict.fromkeys(given, np.nan),
+            datasets.CHANGE: {name: perturbed[name] - value for name, value in given.items()},
+            datasets.FLOOR: datasets.common_floors(measured(self.on_grid, self.normal), OF_FRICTIONLESS),
+        }
 
     def estimated_errors(self) -> dict[str, float]:
         """Estimated errors of `OF_FRICTIONLESS`; NaN where they are not known.

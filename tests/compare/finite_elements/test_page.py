@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.pages.contact_numbers import answer_table
+from compare.pages.contact_numbers import answer_table, verdict
 from compare.pages.finite_elements import (
     answer_chart,
     approach_note,
@@ -16,7 +16,6 @@ from compare.pages.finite_elements import (
     summary,
     write_fe_contact,
 )
-from compare.report.tables import number_text
 from tests.compare.pages import read_chart, read_texts, read_traces, require_room
 
 ANGLES, LOADS = [20.0, 60.0, 100.0], [1e3, 1e4, 1e5]
@@ -59,7 +58,7 @@ def dataset():
     return xr.Dataset(
         numbers | estimates | angle | checks | lines,
         coords={"ics": list(OFF), "case": ("case", LOADS, {"units": "N"}), **places},
-        attrs={"title": "a title", "scene": "a scene", "left_out": ""},
+        attrs={"title": "a title", "scene": "a scene", "left_out": "", "ics_tolerance": 0.02},
     )
 
 
@@ -109,11 +108,15 @@ def test_vanishing_numbers_are_compared_in_their_unit_and_shown_as_0_if_symmetri
 
 def test_the_answer_has_loads_as_rows_and_deviations_beside(dataset):
     table = answer_table(dataset, "FE", ["A", "C"])
-    assert [head.title for head in table.heads][4:] == ["p_max: A against FE [%]", "p_max: C against FE [%]"]
-    assert [[cell.text for cell in row.filled][4:] for row in table.rows] == [
-        [number_text(100 * OFF[name][k], "+.1f") for name in ("A", "C")] for k in range(3)
-    ]
-    assert {row.filled[0].text for row in table.rows} == {"10.000 ± 0.050"}
+    assert [head.title for head in table.heads][2:] == ["A within 2 %?", "C within 2 %?"]
+    for k, row in enumerate(table.rows):
+        for cell, name in zip(row.filled[2:], ("A", "C"), strict=True):
+            off, known = (
+                float(text.replace("−", "-")) for text in cell.below.removesuffix(" %").split(" ± ")
+            )
+            assert off == pytest.approx(100 * OFF[name][k], abs=known / 2)
+            assert cell.text == verdict(100 * OFF[name][k], known, 2.0)
+    assert {row.filled[1].text for row in table.rows} == {"10.000 ± 0.050"}
 
 
 def drawn(dataset, cell, step=0):
