@@ -6,8 +6,7 @@ from compare.pages.stresses import damage_table, stress_table, write_stresses
 from tests.femic.results.solved_stresses import rolling_stresses
 
 
-def test_page_has_sentences_tables_and_figures(tmp_path, monkeypatch):
-    monkeypatch.setattr("compare.report.parts._on_paper", lambda *_: [])  # pictures for paper take seconds
+def test_page_has_sentences_tables_and_figures(tmp_path):
     page = write_stresses(rolling_stresses().dataset, tmp_path).read_text(encoding="utf-8")
     for text in (
         "Largest von Mises stress at",
