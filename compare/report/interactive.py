@@ -288,7 +288,8 @@ def _surface(surface: Surface) -> dict[str, Any]:
     box = np.concatenate([points.reshape(3, -1) for points in (surface.body, surface.part)], axis=1)
     step = max(_step(points, CURVE_DIGITS) for points in box)  # all axes have the same scale
     x, y, z = surface.part
-    part = x, y, np.where(np.isnan(surface.values), np.nan, z)
+    empty = np.isnan(surface.values)
+    part = x, np.where(empty, np.nan, y), np.where(empty, np.nan, z)
     at, on = (
         {axis: _numbers(points, step) for axis, points in zip("xyz", body, strict=True)}
         for body in (surface.body, part)

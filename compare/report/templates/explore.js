@@ -80,7 +80,12 @@
       const name = bundle(cell), plot = chart.cells[k];
       chart.titles[k].textContent = cell.title;
       if (!plotly[name]) return void needed(name).then(() => draw(chart));
-      const width = "paper" in root.dataset ? { width: plot.clientWidth } : {};
+      const onPaper = "paper" in root.dataset, width = onPaper ? { width: plot.clientWidth } : {};
+      plot.style.zoom = "";
+      if (onPaper && cell.layout.scene && plot._fullLayout) { // 3D is drawn by frames, for which printing does not wait
+        plot.style.zoom = plot.parentNode.clientWidth / plot._fullLayout.width;
+        return;
+      }
       plotly[name].react(plot, cell.traces.map(painted), { ...layout(cell, chart.content.height), ...width }, config);
       plot.querySelectorAll(".main-svg").forEach((svg, layer) => {
         if (layer) return svg.setAttribute("aria-hidden", "true");
