@@ -22,7 +22,7 @@ log = logging.getLogger(__name__)
 
 ON_HUB = 1e-9  # share of the depth: a contour that ends closer to the hub ends on it
 BESIDE_OUTLINE = 1.1  # half-width of the whole section, over the size of an outline
-PATCH = "#e69f00"  # its colour: black marks of lines are seen upon it
+PATCH = "#f0e442"  # its colour: black marks of lines are seen upon it
 HALF_WINDOW = 1.4  # half-width of the zoomed section, over the largest |s| of the lines
 
 
