@@ -120,7 +120,7 @@ def _draw_plan(axes: Axes, scene: Scene, side: int = 1) -> None:
     for line in scene.lines:
         axes.plot(side * line.s, line.x, linewidth=1.2, label=f"line {line.name}")
     a, b, centre = scene.patch.a, scene.patch.b, side * scene.patch.s
-    axes.fill(centre + b * np.array([-1, 1, 1, -1]), [-a, -a, a, a], color=PATCH, label="patch")
+    axes.fill(centre + b * np.array([-1, 1, 1, -1]), [-a, -a, a, a], color=PATCH, label="patch", zorder=3)
     for s in scene.bodies["lower"].contour.joints:
         axes.axvline(side * s, color="grey", linestyle=":", linewidth=1)
     axes.set(xlabel="s [mm]", ylabel="x [mm]", title="developed surface")
