@@ -13,7 +13,6 @@ sys.dont_write_bytecode = False
 import pytest  # noqa: E402
 from hypothesis import settings  # noqa: E402
 
-from compare.report import files, static  # noqa: E402
 from tests.pages import started  # noqa: E402
 
 settings.register_profile("repeatable", derandomize=True, deadline=None)
@@ -60,31 +59,6 @@ DEAR = (
 def pytest_collection_modifyitems(items):
     """The dear files first, all others in their own order."""
     items.sort(key=lambda item: not item.nodeid.startswith(DEAR))
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _pictures_once(request):
-    """Without slow tests, files of pictures are drawn once in a process by first word and kind of panels.
-
-    Figures are made each time; their layout and file are what takes a third of the time of a page. No room is
-    made around axes.
-    """
-    if request.config.getoption("markexpr") != "not slow":
-        yield
-        return
-    drawn, save = {}, files.save
-
-    def once(figure, path):
-        key = path.stem.split("_")[0], path.suffix, *(axes.name for axes in figure.axes)
-        if key not in drawn:
-            drawn[key] = save(figure, path).read_bytes()
-        path.write_bytes(drawn[key])
-        return path
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(files, "save", once)
-        patch.setattr(static, "lay_out", lambda *_: None)
-        yield
 
 
 @pytest.fixture(scope="session")

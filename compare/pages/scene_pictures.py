@@ -23,6 +23,7 @@ log = logging.getLogger(__name__)
 ON_HUB = 1e-9  # share of the depth: a contour that ends closer to the hub ends on it
 BESIDE_OUTLINE = 1.1  # half-width of the whole section, over the size of an outline
 ON_TOP = 4  # order of drawing of lines and their marks: the patch does not hide them
+PATCH = "#f0e442"  # its colour: black marks of lines are seen upon it
 HALF_WINDOW = 1.4  # half-width of the zoomed section, over the largest |s| of the lines
 
 
@@ -67,7 +68,7 @@ def sections(scene: Scene) -> Figure:
         near.set(xlim=(-window, window), ylim=(-window, window))
         contour = scene.bodies["lower"].contour
         patch = contour.position(scene.patch.s + np.linspace(-scene.patch.b, scene.patch.b, 9))
-        near.plot(*patch, color="black", linewidth=4, label="patch")
+        near.plot(*patch, color=PATCH, linewidth=4, label="patch")
         for number, line in enumerate(scene.lines):  # in the colours that they have on the developed surface
             points = contour.position(line.s if line.along == "s" else line.s[:1])
             look = {"color": f"C{number}", "markeredgewidth": 1.5, "zorder": ON_TOP}
@@ -121,7 +122,7 @@ def _draw_plan(axes: Axes, scene: Scene, side: int = 1) -> None:
     for number, line in enumerate(scene.lines):
         axes.plot(side * line.s, line.x, color=f"C{number}", linewidth=1.2, label=f"line {line.name}")
     a, b, centre = scene.patch.a, scene.patch.b, side * scene.patch.s
-    axes.fill(centre + b * np.array([-1, 1, 1, -1]), [-a, -a, a, a], color="black", label="patch")
+    axes.fill(centre + b * np.array([-1, 1, 1, -1]), [-a, -a, a, a], color=PATCH, label="patch", zorder=3)
     for s in scene.bodies["lower"].contour.joints:
         axes.axvline(side * s, color="grey", linestyle=":", linewidth=1)
     axes.set(xlabel="s [mm]", ylabel="x [mm]", title="developed surface")

@@ -17,7 +17,7 @@ MEASURE = (
     "relative to 0.05 max |C_nn|. “0”: rounding error only."
 )
 ERRORS_HEADING = "Largest error of the {} influence coefficients against C"
-REDDEST = 0.55  # opacity of the background of the worst errors
+DEEPEST = 0.55  # opacity of the background of the worst errors
 COMPONENTS = (
     "A component names the displacement, then the traction. x is the rolling direction, s follows the "
     "contour, n is the normal from the lower into the upper body."
@@ -63,11 +63,14 @@ def percent(share: float) -> str:
 
 
 def colour(error: float) -> str:
-    """Return the background of an error: none up to 0.1 %, red from 100 % on, logarithmic between."""
-    redness = float(np.clip((np.log10(max(error, 1e-9)) + 3) / 3, 0, 1))
-    return red(REDDEST * redness)
+    """Return the background of an error: none up to 0.1 %, orange from 100 % on, logarithmic between."""
+    share = float(np.clip((np.log10(max(error, 1e-9)) + 3) / 3, 0, 1))
+    return orange(DEEPEST * share)
 
 
-def red(opacity: float) -> str:
-    """Return a background that is red on light and on dark pages, and leaves the text readable on both."""
-    return f"rgba(255, 40, 40, {opacity:.2f})"
+def orange(opacity: float) -> str:
+    """Return the background of what is bad, on light and on dark pages; the text is readable on both.
+
+    What is good is blue, if anything: who cannot tell red from green sees both.
+    """
+    return f"rgba(213, 94, 0, {opacity:.2f})"

@@ -1,37 +1,41 @@
-"""Files of figures: SVG, which pages show on paper, and further formats on request."""
+"""Files of figures, which are written on request only: pages draw their charts themselves."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from compare.report import static
+from compare.report.charts import Chart
+from femic.cache import folders
 from femic.cache.files import replacing
 
-_further: ContextVar[tuple[str, ...]] = ContextVar("further formats of figures", default=())
+_formats: ContextVar[tuple[str, ...]] = ContextVar("formats of the files of figures", default=())
 
 
 @contextmanager
 def figures_as(formats: Sequence[str]) -> Iterator[None]:
-    """Write every figure also in further formats, such as "pdf" and "png", within this context."""
-    token = _further.set(tuple(formats))
+    """Write every figure in some formats, such as "pdf" and "svg", within this context."""
+    token = _formats.set(tuple(formats))
     try:
         yield
     finally:
-        _further.reset(token)
+        _formats.reset(token)
 
 
-def save(figure: Figure, path: Path) -> Path:
-    """Write a figure in the format of its path's ending, and return the path."""
-    with replacing(path) as unfinished:
-        figure.savefig(unfinished, format=path.suffix[1:])
-    return path
+def save_charts(charts: Iterable[Chart], folder: Path, prefix: str = "") -> None:
+    """Write the figures of charts, drawn for paper, into a folder in the formats asked for, if any."""
+    if _formats.get():
+        for chart in charts:
+            for name, figure in static.pictures(chart).items():
+                save_all(figure, folder / f"{prefix}{name}")
 
 
-def save_all(figure: Figure, path: Path) -> Path:
-    """Write a figure as SVG and in all formats asked for; the path has no ending; returns the SVG."""
-    for name in _further.get():
-        if name != "svg":
-            save(figure, path.with_name(f"{path.name}.{name}"))
-    return save(figure, path.with_name(f"{path.name}.svg"))
+def save_all(figure: Figure, path: Path) -> None:
+    """Write a figure in the formats asked for; the path has no ending, its folder is made."""
+    for name in _formats.get():
+        folders.make(path.parent)
+        with replacing(path.with_name(f"{path.name}.{name}")) as unfinished:
+            figure.savefig(unfinished, format=name)

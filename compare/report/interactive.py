@@ -1,7 +1,9 @@
-"""Charts to explore: what `templates/explore.js` gives to Plotly, as JSON."""
+"""Charts to explore: what `templates/explore.js` gives to Plotly, as JSON, and Plotly itself."""
 
-from collections.abc import Iterable, Iterator
-from functools import cache
+import json
+from base64 import b64encode
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from importlib import resources
 from typing import Any
@@ -19,23 +21,39 @@ Trace = dict[str, Any]  # a trace of Plotly
 HEIGHT = {Panel: 290, Map: 340, Surface: 520, Contours: 400}  # of a cell [px]
 SEEN = 1 / 2000  # of the size of contours: what may be left out
 TICKS = 8  # at most, on the longest axis of a drawing in 3D
-DIGITS = 6  # of the numbers on a page
+DIGITS = 6  # of numbers that one reads one by one
+CURVE_DIGITS, MAP_DIGITS = 4, 3  # of the range of long curves and of maps: less than a pixel, or a colour
+LONG = 100  # points of a curve from which one reads its shape
+EXACT = 1e15  # whole numbers below it are written as such
+ROUNDING = 1e-12  # share of a number below which a range is rounding
+SHARED = "x", "y", "z", "surfacecolor", "customdata"  # parts of traces that are written once for a chart
 COLOURS = {"sequential": "Viridis", "diverging": "RdBu", "logarithmic": "RdBu", "positive": "YlOrRd"}
 EYE = {"x": -1.2, "y": -1.2, "z": 1.1}  # whence a cube is seen
 MOST_DECADES = 8  # with a tick each on a logarithmic axis
 
 
-@cache
-def plotly_js() -> str:
-    """Return the source of Plotly, which a page contains once."""
-    return (resources.files("plotly") / "package_data" / "plotly.min.js").read_text(encoding="utf-8")
+def libraries(charts: Sequence[Chart]) -> Markup:
+    """Return what draws some charts: bundles of Plotly, compressed, in script elements.
+
+    Only surfaces need the bundle for 3D. `templates/explore.js` unpacks a bundle before it draws with it.
+    """
+    kinds = {isinstance(cell, Surface) for chart in charts for cell in chart.cells}
+    bundles = [name for name, in_3d in (("cartesian", False), ("gl3d", True)) if in_3d in kinds]
+    elements = []
+    for name in bundles:
+        packed = (resources.files("compare.report") / "plotly" / f"{name}.js.gz").read_bytes()
+        elements.append(
+            f'<script type="application/gzip" id="plotly-{name}">{b64encode(packed).decode()}</script>'
+        )
+    return Markup("\n".join(elements))
 
 
-def as_json(chart: Chart) -> Markup:
-    """Return what a page needs to draw a chart, as JSON that may stand in a script element."""
+def content(chart: Chart) -> dict[str, Any]:
+    """Return what a page needs to draw a chart."""
     draw: dict[type, Any] = {Panel: _panel, Map: _map, Surface: _surface, Contours: _contours}
-    content = {
+    return {
         "name": chart.name,
+        "alt": chart.alt,
         "slider": chart.slider,
         "choice": chart.choice,
         "labels": list(chart.steps),
@@ -54,7 +72,23 @@ def as_json(chart: Chart) -> Markup:
         ],
         "steps": [[draw[type(cell)](cell) for cell in cells] for cells in chart.steps.values()],
     }
-    return htmlsafe_json_dumps(content, ensure_ascii=False, allow_nan=False)
+
+
+def as_json(chart: Chart) -> Markup:
+    """Return the content of a chart as JSON that may stand in a script element.
+
+    Arrays that occur more than once are in a list, and where they occur is their number in it.
+    """
+    whole = content(chart)
+    traces = [trace for cells in whole["steps"] for cell in cells for trace in cell["traces"]]
+    places = [(trace, key, json.dumps(trace[key])) for trace in traces for key in SHARED if key in trace]
+    counts = Counter(text for *_, text in places)
+    numbers = {text: k for k, text in enumerate(text for text, count in counts.items() if count > 1)}
+    for trace, key, text in places:
+        if text in numbers:
+            trace[key] = numbers[text]
+    whole["arrays"] = [json.loads(text) for text in numbers]
+    return htmlsafe_json_dumps(whole, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
 def cell_height(chart: Chart) -> int:
@@ -73,7 +107,7 @@ def _plain_each(texts: Iterable[str]) -> list[str]:
 
 def _panel(panel: Panel) -> dict[str, Any]:
     """Return the traces and the layout of a panel."""
-    traces = [trace for curve in panel.curves for trace in _curve(curve)]
+    traces = [trace for curve in panel.curves for trace in _curve(curve, panel)]
     if panel.names_y:
         traces = [trace | {"hovertemplate": "%{y}<extra>%{fullData.name}</extra>"} for trace in traces]
     layout = _axes(panel)
@@ -123,9 +157,15 @@ def _axes(cell: Panel | Map) -> dict[str, Any]:
     return layout
 
 
-def _curve(curve: Curve) -> Iterator[Trace]:
+def _curve(curve: Curve, cell: Panel | Map) -> Iterator[Trace]:
     """Yield the band of a curve, and the curve, with bars, names and notes of its points."""
     (x, y), look = curve.points, curve.drawn_look
+    least = cell.least if isinstance(cell, Panel) else 0.0
+    digits = CURVE_DIGITS if len(x) > LONG else None
+    step_x, step_y = (
+        None if log or digits is None else _step(values, digits, at_least)
+        for values, log, at_least in ((x, cell.log_x, 0.0), (y, cell.log_y, least))
+    )
     group = {"legendgroup": curve.label, "showlegend": False}
     further: Trace = {}
     if curve.band is not None:
@@ -137,8 +177,8 @@ def _curve(curve: Curve) -> Iterator[Trace]:
             known = np.isfinite(low) & np.isfinite(high)
             at, low, high = x[known], low[known], high[known]
             yield {
-                "x": _numbers(np.append(at, at[::-1])),
-                "y": _numbers(np.append(high, low[::-1])),
+                "x": _numbers(np.append(at, at[::-1]), step_x),
+                "y": _numbers(np.append(high, low[::-1]), step_y),
                 "type": "scatter",
                 "mode": "lines",
                 "fill": "toself",
@@ -155,14 +195,14 @@ def _curve(curve: Curve) -> Iterator[Trace]:
         further |= {"customdata": _plain_each(curve.notes), "hovertemplate": "%{customdata}<extra></extra>"}
     modes = {"lines": look.dash, "markers": look.marker, "text": curve.names}
     yield {
-        "x": _numbers(x),
-        "y": _numbers(y),
+        "x": _numbers(x, step_x),
+        "y": _numbers(y, step_y),
         "type": "scatter",
         "mode": "+".join(mode for mode, drawn in modes.items() if drawn),
         "name": _plain(curve.label),
         "line": {"color": look.colour, "width": look.width, "dash": look.dash or "solid"},
         "marker": {"color": look.colour, "symbol": look.marker or "circle", "size": 9 if curve.notes else 6},
-        "hovertemplate": "%{y:.4g}" if curve.label else "%{y:.4g}<extra></extra>",
+        "hovertemplate": "%{y:.4~g}" if curve.label else "%{y:.4~g}<extra></extra>",
         **further,
         **group,
     }
@@ -186,11 +226,11 @@ def _map(drawn: Map) -> dict[str, Any]:
             shown |= _logarithmic(values, high, drawn.decades)
         else:
             number = "z"
-            shown |= {"z": _numbers(values), "zmin": low, "zmax": high, "colorbar": {"thickness": 12}}
+            shown |= {"z": _colours(values), "zmin": low, "zmax": high, "colorbar": {"thickness": 12}}
         shown["colorbar"] |= {"title": {"text": unit, "side": "top"}}
-        shown["hovertemplate"] = f"{place}: %{{{number}:.4g}} {unit}<extra></extra>"
+        shown["hovertemplate"] = f"{place}: %{{{number}:.4~g}} {unit}<extra></extra>"
         shown["colorscale"] = COLOURS[drawn.scale]
-    traces = [shown, *(trace for curve in drawn.curves for trace in _curve(curve))]
+    traces = [shown, *(trace for curve in drawn.curves for trace in _curve(curve, drawn))]
     return {"title": drawn.title, "traces": traces, "layout": _axes(drawn) | {"hovermode": "closest"}}
 
 
@@ -198,12 +238,11 @@ def _classes(values: Array, drawn: Map) -> Trace:
     """Return the part of a trace for values 0, 1, ... of named kinds."""
     names, count = _plain_each(drawn.classes), len(drawn.classes)
     edges = [(drawn.colours[k], (k + end) / count) for k in range(count) for end in (0, 1)]
-    text = [["" if np.isnan(v) else names[int(v)] for v in row] for row in values]
     ticks = {"tickvals": list(range(count)), "ticktext": names, "thickness": 12}
     scale = [[at, colour] for colour, at in edges]
     return {
         "z": _numbers(values),
-        "text": text,
+        "kinds": names,
         "zmin": -0.5,
         "zmax": count - 0.5,
         "colorscale": scale,
@@ -219,8 +258,8 @@ def _logarithmic(values: Array, largest: float, decades: float) -> Trace:
     ticks = np.concatenate([-powers[:0:-1], powers])
     names = [f"{np.sign(k) * least * 10.0 ** abs(k):.0e}" if k else "0" for k in ticks]
     return {
-        "z": _numbers(np.sign(values) * magnitude),
-        "customdata": _numbers(values),
+        "z": _colours(np.sign(values) * magnitude),
+        "customdata": _numbers(values, digits=CURVE_DIGITS),
         "zmin": -decades,
         "zmax": decades,
         "colorbar": {"tickvals": ticks.tolist(), "ticktext": names, "thickness": 12},
@@ -231,8 +270,8 @@ def _positive(values: Array, low: float, high: float) -> Trace:
     """Return the part of a trace with colours by the logarithm between limits; more is darker."""
     powers = np.arange(np.ceil(np.log10(low)), np.floor(np.log10(high)) + 1)
     return {
-        "z": _numbers(np.log10(np.maximum(values, low))),
-        "customdata": _numbers(values),
+        "z": _colours(np.log10(np.maximum(values, low))),
+        "customdata": _numbers(values, digits=CURVE_DIGITS),
         "zmin": float(np.log10(low)),
         "zmax": float(np.log10(high)),
         "reversescale": True,
@@ -248,15 +287,18 @@ def _surface(surface: Surface) -> dict[str, Any]:
     """Return the traces and the layout of a surface in 3D."""
     grey = {"colorscale": [[0, "#b8bcc2"], [1, "#b8bcc2"]], "showscale": False, "hoverinfo": "skip"}
     lit = {"lighting": {"ambient": 0.65, "diffuse": 0.6, "specular": 0.05}}
-    part = [np.where(np.isnan(surface.values), np.nan, points) for points in surface.part]
+    box = np.concatenate([points.reshape(3, -1) for points in (surface.body, surface.part)], axis=1)
+    step = max(_step(points, CURVE_DIGITS) for points in box)  # all axes have the same scale
+    x, y, z = surface.part
+    empty = np.isnan(surface.values)
+    part = x, np.where(empty, np.nan, y), np.where(empty, np.nan, z)
     at, on = (
-        {axis: _numbers(points) for axis, points in zip("xyz", body, strict=True)}
+        {axis: _numbers(points, step) for axis, points in zip("xyz", body, strict=True)}
         for body in (surface.body, part)
     )
     bar = {"title": {"text": _plain(surface.unit), "side": "top"}, "thickness": 14}
-    pressed = {"surfacecolor": _numbers(surface.values), "colorscale": "Viridis", "colorbar": bar}
-    pressed["hovertemplate"] = "x %{x:.4g}, y %{y:.4g} mm: %{surfacecolor:.4g}<extra></extra>"
-    box = np.concatenate([points.reshape(3, -1) for points in (surface.body, surface.part)], axis=1)
+    pressed = {"surfacecolor": _colours(surface.values), "colorscale": "Viridis", "colorbar": bar}
+    pressed["hovertemplate"] = "x %{x:.4~g}, y %{y:.4~g} mm: %{surfacecolor:.4~g}<extra></extra>"
     spans = np.ptp(box, axis=1)
     ticks = np.clip(np.ceil(TICKS * spans / np.max(spans)), 2, TICKS)  # short axes of a drawing get few
     positive = spans[spans > 0]
@@ -336,9 +378,31 @@ def _thinned(line: Array, tolerance: float) -> Array:
     return line
 
 
-def _numbers(values: Array) -> Any:
-    """Return numbers as lists, to some digits, None for NaN."""
+def _colours(values: Array) -> Any:
+    """Return numbers that are shown by colours."""
+    return _numbers(values, _step(values, MAP_DIGITS))
+
+
+def _step(values: Array, digits: int, least: float = 0.0) -> float:
+    """Return the power of ten to which numbers are rounded: some digits of their range, or of a least one.
+
+    It is 0 where all numbers are 0. A small range of large numbers counts, unless it is rounding.
+    """
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return 0.0
+    step = max(10.0**-digits * max(np.ptp(known), least), ROUNDING * np.max(np.abs(known)))
+    return float(10.0 ** np.floor(np.log10(step))) if step > 0 else 0.0
+
+
+def _numbers(values: Array, step: float | None = None, digits: int = DIGITS) -> Any:
+    """Return numbers as lists, None for NaN: multiples of a power of ten, or without one to some digits."""
     array = np.asarray(values, dtype=float)
     if array.ndim > 1:
-        return [_numbers(row) for row in array]
-    return [float(f"{v:.{DIGITS}g}") if np.isfinite(v) else None for v in array]
+        return [_numbers(row, step, digits) for row in array]
+    if step:
+        decimals = -round(np.log10(step))
+        rounded = [round(float(v), decimals) for v in array]
+    else:
+        rounded = [float(f"{v:.{digits}g}") for v in array]
+    return [(int(v) if v.is_integer() and abs(v) < EXACT else v) if np.isfinite(v) else None for v in rounded]

@@ -46,8 +46,8 @@ FURTHER = (
     Look("#17a2a2", "dashdot", "triangle-right"),
     Look("#b03060", "longdash", "octagon"),
 )
-ENGINE_LOOKS = {"harmonic": Look(INK, "", "square"), "solid": Look("#d62728", "", "triangle-up")}
-OTHER_ENGINE = Look("#2ca02c", "", "diamond")
+ENGINE_LOOKS = {"harmonic": Look(INK, "", "square"), "solid": Look("#d55e00", "", "triangle-up")}
+OTHER_ENGINE = Look("#009e73", "", "diamond")
 
 
 def ics_symbol(name: str) -> str:

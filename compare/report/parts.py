@@ -7,9 +7,10 @@ import base64
 import html
 import os
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from io import BytesIO
 from pathlib import Path
 from urllib.parse import quote
 
@@ -20,9 +21,9 @@ from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from compare.report import interactive, static
+from compare.report import interactive
 from compare.report.charts import Chart
-from compare.report.files import save, save_all
+from compare.report.files import save_all, save_charts
 from compare.report.tables import Cell, Row, Table, texts
 from femic.cache import folders
 from femic.cache.files import write_dataset, write_text
@@ -77,6 +78,7 @@ class Section:
     anchor: str = ""
 
 
+FIGURES = "figures"  # the folder of the files of figures
 INDICES = re.compile("\\b([ABCJfr][\u0302\u0304]?′?)_(∞|[a-zφ]{1,2}\\b)")  # of a symbol: C_nn, B̂′_xn, r_∞
 Block = str | Table | Chart | Picture | Note | Items | Verbatim | Folded | Section  # a string is a paragraph
 
@@ -97,7 +99,7 @@ class Page:
 
 
 def write_results(page: Page, folder: Path, name: str, dataset: xr.Dataset | None = None) -> Path:
-    """Write NAME.nc, NAME.html and figures NAME_FIGURE.png into a folder; returns the path of the page."""
+    """Write NAME.nc and NAME.html into a folder, and figures as asked for; returns the path of the page."""
     folders.make(folder)
     if dataset is not None:
         write_dataset(dataset, folder / f"{name}.nc")
@@ -105,42 +107,44 @@ def write_results(page: Page, folder: Path, name: str, dataset: xr.Dataset | Non
 
 
 def write_page(page: Page, path: Path, prefix: str = "") -> Path:
-    """Write a self-contained page, and figures/PREFIX_NAME.png beside it; returns the path of the page."""
-    figures, prefix = folders.make(path.parent) / "figures", f"{prefix}_" if prefix else ""
+    """Write a self-contained page; returns its path.
+
+    Figures are written into figures/PREFIX_NAME.FORMAT beside it, in the formats of `files.figures_as`.
+    """
+    figures, prefix = folders.make(path.parent) / FIGURES, f"{prefix}_" if prefix else ""
     environment = Environment(
         loader=PackageLoader("compare.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
     environment.filters["kind"] = lambda block: type(block).__name__
     environment.filters["embedded"] = lambda block: _embed(block, figures, prefix)
-    environment.filters["on_paper"] = lambda chart: _on_paper(chart, figures, prefix)
     environment.filters["explorable"] = interactive.as_json
     environment.filters["typeset"] = lambda text: Markup(INDICES.sub(r"\1<sub>\2</sub>", str(escape(text))))
     sections = list(page.sections)
-    plotly = Markup(interactive.plotly_js()) if any(map(_has_chart, sections)) else ""
-    text = environment.get_template("page.html.j2").render(page=page, sections=sections, plotly=plotly)
+    charts = list(_charts(sections))
+    libraries = interactive.libraries(charts)
+    text = environment.get_template("page.html.j2").render(page=page, sections=sections, libraries=libraries)
+    save_charts(charts, figures, prefix)
     return write_text(text.encode(errors="replace").decode(), path)  # names of files need not be UTF-8
 
 
-def _has_chart(block: Block) -> bool:
-    return isinstance(block, Chart) or any(map(_has_chart, getattr(block, "blocks", ())))
+def _charts(blocks: Iterable[Block]) -> Iterator[Chart]:
+    """Yield the charts in some blocks, also in sections."""
+    for block in blocks:
+        if isinstance(block, Chart):
+            yield block
+        yield from _charts(getattr(block, "blocks", ()))
 
 
 def _embed(block: Picture, folder: Path, prefix: str) -> str:
-    """Return the file of a picture as a data URL; it is written unless it exists."""
-    path = folders.make(folder) / f"{prefix}{block.name}.png"
-    return _data_url(save(block.figure, path) if isinstance(block.figure, Figure) else block.figure)
-
-
-def _on_paper(chart: Chart, folder: Path, prefix: str) -> list[str]:
-    """Return the pictures of a chart as data URLs; their files are written."""
-    folders.make(folder)
-    figures = static.pictures(chart).items()
-    return [_data_url(save_all(figure, folder / f"{prefix}{name}")) for name, figure in figures]
-
-
-def _data_url(path: Path) -> str:
-    kind = "svg+xml" if path.suffix == ".svg" else "png"
-    return f"data:image/{kind};base64,{base64.b64encode(path.read_bytes()).decode()}"
+    """Return a picture as a data URL; its figure is written in the formats asked for."""
+    if isinstance(block.figure, Path):
+        content = block.figure.read_bytes()
+    else:
+        save_all(block.figure, folder / f"{prefix}{block.name}")
+        file = BytesIO()
+        block.figure.savefig(file, format="png")
+        content = file.getvalue()
+    return f"data:image/png;base64,{base64.b64encode(content).decode()}"
 
 
 def join_words(words: Iterable[str]) -> str:

@@ -343,7 +343,7 @@ def in_a_frame(chart: Chart) -> str:
     page = (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><style>{style}</style></head><body>'
         f'<div class="chart"><script type="application/json">{interactive.as_json(chart)}</script></div>'
-        f"<script>{interactive.plotly_js()}</script><script>{script}</script></body></html>"
+        f"{interactive.libraries([chart])}<script>{script}</script></body></html>"
     )
     rows = max(-(-len(cells) // chart.columns) for cells in chart.steps.values())
     height = ROOM + rows * (interactive.cell_height(chart) + 24)

@@ -73,9 +73,9 @@ class Work:
     workers: Workers = None
     store: StoreAt = None
     figures: Annotated[
-        tuple[Literal["pdf", "png"], ...],
+        tuple[Literal["svg", "pdf", "png"], ...],
         Parameter(
-            help="further formats of each figure, in addition to SVG",
+            help="also write each figure of the report as a file, in these formats",
             consume_multiple=True,
             show_default=False,
         ),

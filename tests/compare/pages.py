@@ -5,7 +5,7 @@ from types import MappingProxyType
 
 import pytest
 
-from compare.report.interactive import as_json
+from compare.report.interactive import SHARED, as_json
 from compare.report.tables import MINUS
 from tests.pages import widest
 
@@ -13,8 +13,17 @@ AT_800_PX = MappingProxyType({800: 770})
 
 
 def read_chart(chart):
-    """A chart as the browser gets it."""
-    return json.loads(as_json(chart))
+    """A chart as the browser gets it, with the arrays of its traces in their places."""
+    return with_arrays(json.loads(as_json(chart)))
+
+
+def with_arrays(content):
+    """What a page has of a chart, with arrays instead of their numbers."""
+    for trace in (trace for cells in content["steps"] for cell in cells for trace in cell["traces"]):
+        for key in SHARED:
+            if isinstance(trace.get(key), int):
+                trace[key] = content["arrays"][trace[key]]
+    return content
 
 
 def read_traces(cell):

@@ -14,6 +14,7 @@ from fuzz import by_code, outcome
 from outcomes import Outcome
 
 from compare.report.charts import Chart, Curve, Map, Panel
+from compare.report.files import figures_as
 from compare.report.looks import label_looks
 from compare.report.parts import Page, Section, write_page
 from compare.report.tables import Row, Table, texts
@@ -94,7 +95,8 @@ def _page(text: str, folder: Path) -> str:
         Map(text, text, text, X, X, np.eye(3), text, classes=[text, "b"], names_y=[text] * 3),
     ]
     blocks = [text, Table(text, texts(text), [Row(text, [text])]), Chart("chart", {text: cells}, slider=text)]
-    page = write_page(Page(text, text, [Section(text, blocks)]), folder / "page.html").read_text("utf-8")
+    with figures_as(["svg"]):
+        page = write_page(Page(text, text, [Section(text, blocks)]), folder / "page.html").read_text("utf-8")
     (data,) = DATA.findall(page)
     shown = text.encode(errors="replace").decode()
     if "<" in data or list(json.loads(data)["labels"]) != [shown]:

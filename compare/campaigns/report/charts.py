@@ -48,9 +48,9 @@ FAILED = Look("#808080", "", "x")
 ALL, OTHERS = "all", "some"  # of the ICs
 ADVISED = "cheapest ICs that are accurate enough"
 RARE = -1  # stands for rare sets of ICs
-# pale, so that lines are seen: from all ICs to none; of many combinations, the rare ones have the last colour
-GREEN, RED = "#a5d8c5", "#f3b9a0"
-BETWEEN = ("#cbe6f7", "#f8f0a4", "#e6cbdc", "#a9c8e2", "#f5d79b", "#cccccc")
+# pale, so that lines are seen: blue for all ICs, orange for none; rare combinations have the last one between
+OF_ALL, OF_NONE = "#8fc1e3", "#f0a35e"
+BETWEEN = ("#d5ebdf", "#f8f0a4", "#e6cbdc", "#a8d5c0", "#cfc6e6", "#cccccc")
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,13 +216,13 @@ def _kinds(sets: Sequence[xr.DataArray], symbols: Sequence[str]) -> dict[int, tu
     every = 2 ** len(symbols) - 1
     frequent = [number for number, _ in counts.most_common() if number not in (0, every)]
     between = sorted(frequent[: len(BETWEEN) - 1], key=int.bit_count, reverse=True)
-    kinds = {every: (ALL if len(symbols) > 2 else ", ".join(symbols), GREEN)}
+    kinds = {every: (ALL if len(symbols) > 2 else ", ".join(symbols), OF_ALL)}
     for number, colour in zip(between, BETWEEN, strict=False):
         names = [symbol for k, symbol in enumerate(symbols) if number >> k & 1]
         kinds[number] = ", ".join(names), colour
     if len(frequent) > len(between):
         kinds[RARE] = OTHERS, BETWEEN[-1]
-    return kinds | {0: (NONE, RED)}
+    return kinds | {0: (NONE, OF_NONE)}
 
 
 def advised_chart(advice: Advice, axes: Sequence[ShownAxis], failed: xr.DataArray) -> Chart:

@@ -1,10 +1,25 @@
-// Draws the charts of a page with Plotly when they come into view. Labels that are hidden, and sliders of one name,
-// are shared by all charts of the page.
+// Draws the charts of a page with Plotly when they come into view, and all of them before the page is printed. Labels
+// that are hidden, and sliders of one name, are shared by all charts of the page.
 (() => {
   "use strict";
+  const root = document.documentElement;
   const hidden = new Set();
   const charts = [];
-  const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const css = name => getComputedStyle(root).getPropertyValue(name).trim();
+
+  // The bundles of Plotly by their names, and what has begun to be unpacked. Each is a module of its own: nothing is
+  // global, and one for 3D does not replace the other.
+  const plotly = {}, begun = {};
+  const unpack = async name => {
+    const packed = Uint8Array.from(atob(document.getElementById(`plotly-${name}`).textContent), sign => sign.charCodeAt(0));
+    const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+    const module = { exports: {} };
+    new Function("module", await new Response(stream).text())(module);
+    plotly[name] = module.exports;
+    delete window.Plotly;
+  };
+  const needed = name => (begun[name] ??= unpack(name));
+  const bundle = cell => (cell.layout.scene ? "gl3d" : "cartesian");
 
   const faint = colour => {
     const n = parseInt(colour.slice(1), 16);
@@ -22,6 +37,7 @@
     if (copy.fillcolor) copy.fillcolor = paint(copy.fillcolor);
     for (const part of ["line", "marker"]) if (copy[part]?.color) copy[part] = { ...copy[part], color: paint(copy[part].color) };
     if (copy.colorbar) copy.colorbar = { ...plain, ...copy.colorbar };
+    if (copy.kinds) copy.text = copy.z.map(row => row.map(kind => (kind === null ? "" : copy.kinds[kind])));
     if (copy.legendgroup && hidden.has(copy.legendgroup)) copy.visible = false;
     return copy;
   };
@@ -54,11 +70,28 @@
     const cells = chart.content.steps[chart.step];
     return chart.content.choice ? [cells[chart.chosen]] : cells;
   };
+  const named = (chart, cell) => {
+    const axes = ["yaxis", "xaxis"].map(name => cell.layout[name]?.title.text).filter(Boolean).join(" over ");
+    return [chart.content.alt || chart.content.name.replaceAll("_", " "), chart.output?.textContent, cell.title, axes].filter(Boolean).join(", ");
+  };
   const draw = chart => {
     if (!chart.seen) return;
     shown(chart).forEach((cell, k) => {
+      const name = bundle(cell), plot = chart.cells[k];
       chart.titles[k].textContent = cell.title;
-      Plotly.react(chart.cells[k], cell.traces.map(painted), layout(cell, chart.content.height), config);
+      if (!plotly[name]) return void needed(name).then(() => draw(chart));
+      const onPaper = "paper" in root.dataset, width = onPaper ? { width: plot.clientWidth } : {};
+      plot.style.zoom = "";
+      if (onPaper && cell.layout.scene && plot._fullLayout) { // 3D is drawn by frames, for which printing does not wait
+        plot.style.zoom = plot.parentNode.clientWidth / plot._fullLayout.width;
+        return;
+      }
+      plotly[name].react(plot, cell.traces.map(painted), { ...layout(cell, chart.content.height), ...width }, config);
+      plot.querySelectorAll(".main-svg").forEach((svg, layer) => {
+        if (layer) return svg.setAttribute("aria-hidden", "true");
+        svg.setAttribute("role", "img");
+        svg.setAttribute("aria-label", named(chart, cell));
+      });
     });
   };
 
@@ -126,6 +159,7 @@
     label.className = "slider";
     chart.input = Object.assign(document.createElement("input"), { type: "range", min: 0, max: labels.length - 1, step: 1, value: start });
     chart.output = document.createElement("output");
+    chart.input.setAttribute("aria-label", name || "step");
     label.append(`${name} `, chart.input, chart.output);
     chart.place.prepend(label);
     chart.input.addEventListener("input", () => {
@@ -143,8 +177,13 @@
     draw(chart);
   };
 
+  const shared = new Set(["x", "y", "z", "surfacecolor", "customdata"]); // a number in their place is that of an array
   for (const place of document.querySelectorAll(".chart")) {
     const content = JSON.parse(place.querySelector("script").textContent);
+    for (const trace of content.steps.flat().flatMap(cell => cell.traces))
+      for (const key in trace) if (typeof trace[key] === "number" && shared.has(key)) trace[key] = content.arrays[trace[key]];
+    place.setAttribute("role", "figure");
+    place.setAttribute("aria-label", content.alt || content.name.replaceAll("_", " "));
     const chart = { place, content, step: content.start, chosen: 0, cells: [], titles: [], seen: false };
     const grid = document.createElement("div");
     grid.className = "cells";
@@ -176,16 +215,35 @@
     }
   }, { rootMargin: "400px" });
   charts.forEach(chart => seen.observe(chart.place));
+  // Paper: everything is unfolded, light, as wide as A4, and drawn at once, for printing does not wait.
   addEventListener("beforeprint", () => {
     for (const folded of document.querySelectorAll("details:not([open])")) folded.dataset.folded = folded.open = true;
+    root.dataset.paper = "";
+    for (const chart of charts) {
+      chart.seen ||= shown(chart).every(cell => plotly[bundle(cell)]);
+      draw(chart);
+    }
   });
   addEventListener("afterprint", () => {
+    delete root.dataset.paper;
     for (const opened of document.querySelectorAll("details[data-folded]")) {
       opened.open = false;
       delete opened.dataset.folded;
     }
+    redraw();
   });
+  // Tables that are wider than their box can be scrolled by keys.
+  const boxes = new ResizeObserver(entries => {
+    for (const { target: box } of entries) {
+      const label = box.querySelector("th").textContent.trim() || "table";
+      const given = { tabindex: 0, role: "region", "aria-label": `${label}, scrolls sideways` };
+      for (const name in given)
+        box.scrollWidth > box.clientWidth ? box.setAttribute(name, given[name]) : box.removeAttribute(name);
+    }
+  });
+  document.querySelectorAll(".wide").forEach(box => boxes.observe(box));
   const redraw = () => charts.forEach(draw);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
-  document.documentElement.dataset.explore = "ready";
+  if (document.getElementById("plotly-cartesian")) needed("cartesian"); // also charts not yet in view may be printed
+  root.dataset.explore = "ready";
 })();

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from compare.report.charts import Curve, Panel, simple_chart
-from compare.report.errors import red
+from compare.report.errors import orange
 from compare.report.looks import FURTHER, INK, OWN
 from compare.report.parts import Folded, Note, Page, Section
 from compare.report.tables import Cell, Column, Row, Table, texts
@@ -43,7 +43,7 @@ ERRORS = (
     "value (work of friction, sliding, forces that vanish). Time: all models of a case, or a contact with "
     "its error estimates."
 )
-TOO_SMALL = red(0.3)  # background of an error that is larger than its estimate, and of no refusal
+TOO_SMALL = orange(0.35)  # background of an error that is larger than its estimate, and of no refusal
 COLOURED = [replace(look, dash="") for look in (*OWN.values(), *FURTHER) if look.colour != INK]
 LOOKS = [  # of parameters; where there are more of these than colours, with markers of the next colours
     *COLOURED,
@@ -106,8 +106,8 @@ def _worst(cases: Sequence[Entry]) -> list[Cell]:
         max((case[key] for case in cases if case[key] is not None), default=np.nan)
         for key in ("error", "estimate", "used")
     )
-    colour = TOO_SMALL if used > 1 else ""
-    return [Cell(error, ".2g"), Cell(estimate, ".2g"), Cell(used, ".2f", colour=colour)]
+    share = Cell(used, ".2f", "estimate too small", TOO_SMALL) if used > 1 else Cell(used, ".2f")
+    return [Cell(error, ".2g"), Cell(estimate, ".2g"), share]
 
 
 # --- what is behind it ----------------------------------------------------------------------------------

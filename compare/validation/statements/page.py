@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from compare.report.charts import Panel, simple_chart
-from compare.report.errors import red
+from compare.report.errors import orange
 from compare.report.parts import Block, Folded, Note, Page, Section, range_text
 from compare.report.tables import Cell, Column, Row, Table, texts
 from compare.report.tables import numbers as number_heads
@@ -194,10 +194,10 @@ READING = (
     "reference length L and the reference modulus E of the scene. The band about C is its estimated "
     "error, often thinner than the line."
 )
-COLOURS = {  # backgrounds, translucent for light and for dark pages
-    REPRODUCED: "rgba(40, 170, 70, 0.25)",
-    DEPENDS: "rgba(240, 170, 0, 0.3)",
-    NOT_REPRODUCED: red(0.3),
+COLOURS = {  # backgrounds, translucent for light and for dark pages: blue, yellow, orange, grey
+    REPRODUCED: "rgba(0, 114, 178, 0.28)",
+    DEPENDS: "rgba(240, 228, 66, 0.3)",
+    NOT_REPRODUCED: orange(0.35),
     NOT_DECIDED: "rgba(128, 128, 128, 0.3)",
 }
 IN_CASES = {

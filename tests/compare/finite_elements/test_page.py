@@ -103,7 +103,7 @@ def test_vanishing_numbers_are_compared_in_their_unit_and_shown_as_0_if_symmetri
         assert text in page
     symmetric = dataset.assign({name: 1e-9 * dataset[name] for name in ("F_y", "M_x", "s_centre")})
     page = write_fe_contact(symmetric, tmp_path).read_text(encoding="utf-8")
-    assert '<th class="name">s_c [mm]</th><td>0</td><td>0</td><td>0</td>' in page
+    assert '<th class="name" scope="row">s_c [mm]</th><td>0</td><td>0</td><td>0</td>' in page
 
 
 def test_the_answer_has_loads_as_rows_and_deviations_beside(dataset):

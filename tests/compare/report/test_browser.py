@@ -7,7 +7,7 @@ import pytest
 
 from compare.report.charts import Chart, Curve, Map, Panel, Surface
 from compare.report.looks import ics_looks
-from compare.report.parts import Page, Section, write_page
+from compare.report.parts import Folded, Page, Section, write_page
 from compare.report.tables import Cell, Row, Table, numbers
 
 pytestmark = pytest.mark.slow
@@ -43,13 +43,15 @@ def page_file(tmp_path_factory):
     surface = Surface("rail", rail, rail + 0.1, x, "MPa", folder / "rail.png")
     other = Surface("other", rail, rail + 0.1, 2 * x, "MPa")
     charts = [
-        Chart("curves", steps, 2, "load"),
+        Chart("curves", steps, 2, "load", alt="curves of two kinds"),
         Chart("again", steps, 2, "load"),
         Chart("rail", {"": [surface, other]}, 1, choice="ICs"),
     ]
+    folded = Chart("folded", steps, 2)
     wide = Table("wide", numbers(*(f"a number {k}" for k in range(30))), [Row("", [Cell(1.0, ".6f")] * 30)])
     return write_page(
-        Page("All kinds", "A sentence.", [Section("Charts", [*charts, wide])]), folder / "all.html"
+        Page("All kinds", "A sentence.", [Section("Charts", [*charts, wide]), Folded("more", [folded])]),
+        folder / "all.html",
     )
 
 
@@ -111,20 +113,65 @@ def test_one_cell_is_chosen_by_its_title(opened):
 
 @pytest.mark.parametrize("width", [1280, 800, 400])
 def test_nothing_is_wider_than_the_window(opened, width):
+    """A wide table scrolls in its own box, which keys reach; narrow windows have one column of charts."""
     tab, _ = opened
     tab.set_viewport_size({"width": width, "height": 900})
     for chart in ("curves", "rail"):
         drawn(tab, chart)
     tab.wait_for_timeout(300)
     assert tab.evaluate("document.documentElement.scrollWidth") <= width
+    box = tab.locator(".wide", has_text="a number 29")
+    assert box.get_attribute("role") == "region"
+    box.focus()
+    tab.keyboard.press("ArrowRight")
+    tab.wait_for_function("[...document.querySelectorAll('.wide')].some(box => box.scrollLeft > 0)")
+    lefts = tab.eval_on_selector_all("#chart-curves .cells > div", "e => e.map(one => one.offsetLeft)")
+    assert len(set(lefts)) == (1 if width == 400 else 2)
 
 
-def test_paper_shows_pictures_instead_of_charts(opened):
+def test_paper_has_all_charts_as_wide_as_the_sheet_and_light_and_the_screen_has_its_own_again(opened):
+    """Also those not yet in view and those in folded parts; printing does not wait."""
     tab, _ = opened
-    tab.emulate_media(media="print")
-    assert not tab.locator("#chart-curves").is_visible()
-    assert tab.locator("img.paper").first.is_visible()
-    assert tab.pdf(format="A4").startswith(b"%PDF")
+    tab.emulate_media(color_scheme="dark")
+    tab.wait_for_timeout(500)  # the bundle for curves and maps is unpacked
+    assert tab.pdf(format="A4", prefer_css_page_size=True).startswith(b"%PDF")
+    tab.evaluate("dispatchEvent(new Event('beforeprint'))")
+    sizes = tab.eval_on_selector_all(
+        "#chart-curves .main-svg, #chart-folded .main-svg", "e => e.map(one => one.clientWidth)"
+    )
+    assert len(sizes) >= 4
+    assert 0 < max(sizes) <= 182 / 25.4 * 96  # between the margins of A4
+    ink = "e => e.map(l => l.style.stroke)"
+    assert "rgb(27, 30, 35)" in tab.eval_on_selector_all("#chart-folded .scatterlayer .js-line", ink)
+    tab.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert not tab.locator("#chart-folded").is_visible()
+    assert "rgb(232, 234, 237)" in tab.eval_on_selector_all("#chart-curves .scatterlayer .js-line", ink)
+
+
+def test_whatever_one_uses_or_sees_has_a_name(opened):
+    """Charts, legends, sliders, choices and the buttons of Plotly, as a screen reader finds them."""
+    tab, _ = opened
+    for chart in ("curves", "rail"):
+        drawn(tab, chart)
+    used = tab.locator(".chart :is(button, input, select, [role=button]), .chart [role=img], [role=figure]")
+    assert used.count() > 10
+    for one in used.all():
+        name = one.evaluate("e => e.ariaLabel || e.labels?.[0]?.textContent || e.textContent")
+        assert name.strip(), one.evaluate("e => e.outerHTML.slice(0, 200)")
+    figure = tab.get_by_role("figure", name="curves of two kinds")
+    assert figure.get_by_role("img").first.get_attribute("aria-label") == (
+        "curves of two kinds, 3 kN, upper, p [MPa] over s [mm]"
+    )
+
+
+def test_without_javascript_the_page_says_so(browser, page_file):
+    context = browser.new_context(java_script_enabled=False)
+    tab = context.new_page()
+    tab.goto(page_file.as_uri())
+    assert tab.locator("noscript p").is_visible()
+    assert "need JavaScript" in tab.locator("noscript p").inner_text()
+    assert not tab.locator(".chart").first.is_visible()
+    context.close()
 
 
 @pytest.mark.parametrize(("scheme", "ink"), [("light", "rgb(27, 30, 35)"), ("dark", "rgb(232, 234, 237)")])

@@ -23,7 +23,8 @@ from compare.report.charts import (
     simple_chart,
 )
 from compare.report.looks import FURTHER, INK, OWN, Look, drawing_order, ics_looks, ics_symbol, label_looks
-from compare.report.static import lay_out  # `tests.conftest` replaces that of the module
+from compare.report.static import lay_out
+from tests.compare.pages import read_chart
 
 X = np.linspace(0.0, 2.0, 5)
 KNOWN = X[[0, 1, 3, 4]]
@@ -44,13 +45,13 @@ def chart():
 
 
 def traces(chart, step, cell=0):
-    return json.loads(interactive.as_json(chart))["steps"][step][cell]["traces"]
+    return read_chart(chart)["steps"][step][cell]["traces"]
 
 
 def drawn_cell(cell):
     """A cell as JSON, and its axes on paper."""
     chart = simple_chart("one", [cell])
-    (content,) = json.loads(interactive.as_json(chart))["steps"][0]
+    (content,) = read_chart(chart)["steps"][0]
     return content, static.picture(chart).axes[0]
 
 
@@ -82,7 +83,7 @@ def test_a_band_goes_from_above_to_below_the_curve_where_it_is_known(band, x, ab
 
 
 def test_each_label_is_once_in_the_legend_and_the_slider_begins_with_the_last_step_or_the_one_named(chart):
-    content = json.loads(interactive.as_json(chart))
+    content = read_chart(chart)
     legend = [(entry["label"], entry["colour"]) for entry in content["legend"]]
     assert legend == [("C", INK), ("A", OWN["A"].colour)]
     assert content["start"] == 1
@@ -128,6 +129,26 @@ def test_nan_is_a_gap_and_the_json_can_stand_in_a_script_element():
     assert json.loads(text)["steps"][0][0]["traces"][0]["y"][-1] is None
 
 
+@pytest.mark.parametrize("offset", [0.0, 1e5])
+def test_long_curves_are_as_close_as_a_tenth_of_a_pixel_also_far_from_zero(offset):
+    """A panel has some 250 pixels; ordinates far from zero must not become steps."""
+    x = np.linspace(0.0, 3.0, 401)
+    content, _ = drawn_cell(Panel("", "", "", [Curve("A", x, offset + 0.01 * np.sin(x))]))
+    y = np.array(content["traces"][0]["y"])
+    assert np.max(np.abs(y - offset - 0.01 * np.sin(x))) < 0.1 * 0.01 / 250
+    if not offset:
+        assert max(len(str(v)) for v in y) <= len("0.0012345")
+
+
+def test_arrays_that_occur_several_times_are_on_the_page_once(chart):
+    content = json.loads(interactive.as_json(chart))
+    assert content["arrays"] == [X.tolist(), [*X, *X[::-1]]][::-1]
+    drawn = read_chart(chart)
+    for step, cells in enumerate(interactive.content(chart)["steps"]):
+        for cell, expected in zip(drawn["steps"][step], cells, strict=True):
+            assert cell["traces"] == expected["traces"]
+
+
 @pytest.mark.parametrize(("largest", "vanishes"), [(1e-12, True), (1e-3, False)])
 def test_rounding_is_shown_as_zero(largest, vanishes):
     panel = Panel("", "", "", [Curve("A", X, largest * X / 2)], least=1e-9)
@@ -146,7 +167,8 @@ def test_maps_have_rows_along_y_and_kinds_have_names_and_perhaps_their_own_colou
     kinds = {"classes": tuple("abcdef"), "colours": colours}
     content, axes = drawn_cell(Map("", "x", "s", np.arange(3.0), np.arange(2.0), values, "", **kinds))
     (trace,) = content["traces"]
-    assert trace["text"] == [["a", "c", "e"], ["b", "d", "f"]]
+    assert trace["kinds"] == list("abcdef")
+    assert trace["z"] == [[0, 2, 4], [1, 3, 5]]
     assert [colour for _, colour in trace["colorscale"]] == list(np.repeat(colours, 2))
     (mesh,) = axes.collections
     np.testing.assert_allclose(mesh.cmap(mesh.norm(5.0))[:3], (0.0, 0.0, 0x50 / 255))
@@ -157,7 +179,7 @@ def test_a_positive_map_has_the_colours_of_logarithms_and_the_numbers_in_its_rea
     drawn = Map("", "x", "s", np.arange(2.0), np.arange(2.0), values, "%", "positive", (0.1, 100.0))
     content, axes = drawn_cell(drawn)
     (trace,) = content["traces"]
-    np.testing.assert_allclose(trace["z"], np.array([[-1.0, -1.0], [0.0, np.log10(500)]]).T, rtol=1e-5)
+    np.testing.assert_allclose(trace["z"], np.array([[-1.0, -1.0], [0.0, np.log10(500)]]).T, atol=1e-3)
     np.testing.assert_allclose(trace["customdata"], values.T)
     assert (trace["zmin"], trace["zmax"]) == (-1.0, 2.0)
     assert trace["colorbar"]["ticktext"] == ["0.1", "1", "10", "100"]
@@ -342,7 +364,7 @@ def test_surfaces_are_drawn_in_3d_on_paper_and_seen_from_further_if_long():
 def test_cells_to_choose_from_are_all_on_the_page_and_the_first_is_on_paper():
     steps = {f"{k} kN": [raised("C", k), raised("A", 2 * k)] for k in (1, 2)}
     chart = Chart("rail", steps, 1, "load", choice="ICs")
-    content = json.loads(interactive.as_json(chart))
+    content = read_chart(chart)
     assert content["choice"] == "ICs"
     assert [[cell["title"] for cell in cells] for cells in content["steps"]] == [["C", "A"]] * 2
     ((name, figure),) = static.pictures(chart).items()

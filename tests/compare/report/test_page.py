@@ -130,15 +130,11 @@ def test_doubts_stand_between_the_answer_and_the_sections_and_nothing_where_ther
     assert 'class="doubts"' not in certain
 
 
-def test_figures_are_embedded_and_written_beside_the_page(tmp_path):
+def test_figures_are_embedded(tmp_path):
     sections = [Section(name, [Picture(name, Figure())]) for name in ("first", "second")]
     path = write_results(Page("t", "s", sections), tmp_path / "new", "mine", xr.Dataset({"a": 1}))
     assert path == tmp_path / "new" / "mine.html"
     assert xr.open_dataset(tmp_path / "new" / "mine.nc").a == 1
-    assert {one.name for one in (tmp_path / "new" / "figures").iterdir()} == {
-        "mine_first.png",
-        "mine_second.png",
-    }
     html = path.read_text(encoding="utf-8")
     assert re.findall(r'alt="(\w+)" src="data:image/png;base64,iVBOR', html) == ["first", "second"]
 
@@ -147,7 +143,7 @@ def test_existing_picture_is_embedded(tmp_path):
     drawn = tmp_path / "mesh.png"
     drawn.write_bytes(b"a picture")
     assert 'src="data:image/png;base64,YSBwaWN0dXJl"' in html_of(tmp_path, Picture("mesh", drawn))
-    assert not list((tmp_path / "figures").iterdir())
+    assert not (tmp_path / "figures").exists()
 
 
 @pytest.mark.parametrize(

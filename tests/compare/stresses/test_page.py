@@ -34,8 +34,7 @@ def answers(dataset):
     return {row.name: row.filled for row in answer_table(dataset).rows}
 
 
-def test_page_has_sentences_tables_and_figures(dataset, tmp_path, monkeypatch):
-    monkeypatch.setattr("compare.report.parts._on_paper", lambda *_: [])  # pictures for paper take seconds
+def test_page_has_sentences_tables_and_figures(dataset, tmp_path):
     page = write_stresses(dataset, tmp_path).read_text(encoding="utf-8")
     for text in (
         "The lower body yields",
@@ -159,7 +158,6 @@ def test_half_spaces_differ_by_the_share_of_the_dataset(dataset, body):
 
 
 def test_without_rolling_there_are_only_stresses(dataset, tmp_path, monkeypatch):
-    monkeypatch.setattr("compare.report.parts._on_paper", lambda *_: [])
     still = dataset.drop_dims(["ics"])
     page = write_stresses(still, tmp_path).read_text(encoding="utf-8")
     assert "wears" not in summary(still)

@@ -1,13 +1,11 @@
 """Pages of `femic validate` and `femic extremes`: the answer on top, numbers and charts of the results."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from compare.report.charts import Chart, Panel, make_curves
-from compare.report.interactive import as_json
 from compare.report.parts import Folded, write_page
 from compare.validation.extremes import page as extremes
 from compare.validation.extremes.cases import BeyondLimit, Limit, WithinLimit, run_limits
@@ -15,6 +13,7 @@ from compare.validation.statements import page as validation
 from compare.validation.statements.frame import Criterion, Statement
 from femic.reference.run_options import DEFAULT
 from geometries.errors import Failure
+from tests.compare.pages import read_chart
 from tests.pages import widest
 
 X = np.linspace(0.0, 2.5, 7)
@@ -76,7 +75,7 @@ def texts_of(row):
 
 def drawn(chart):
     """The curves of a chart on the page: label, x and y, in the order of drawing."""
-    cells = json.loads(as_json(chart))["steps"][0]
+    cells = read_chart(chart)["steps"][0]
     return [(one["name"], one["x"], one["y"]) for cell in cells for one in cell["traces"] if "name" in one]
 
 

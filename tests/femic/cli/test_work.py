@@ -6,10 +6,11 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from rich.console import Console
 
 from compare.report.charts import Curve, Panel, simple_chart
-from compare.report.parts import Page, Section, write_page
+from compare.report.parts import Folded, Page, Picture, Section, write_page
 from femic.cache.digests import code_digest
 from femic.cache.folders import LOCK, locked
 from femic.cli.main import FAILED, WRONG_INPUT, exit_code
@@ -148,19 +149,23 @@ def test_commands_refuse_a_folder_in_use_or_in_which_nothing_can_be_written(name
     assert "--out" in capsys.readouterr().err
 
 
-def written_page(folder):
-    """A page with one chart in the folder of a scene."""
+def written_page(folder, *blocks):
+    """A page with one chart, and further blocks, in the folder of a scene."""
     chart = simple_chart("one", [Panel("", "s [mm]", "p [MPa]", [Curve("A", [0.0, 1.0], [1.0, 2.0])])])
-    return write_page(Page("Contact", "", [Section("", [chart])]), folder / "contact.html")
+    return write_page(Page("Contact", "", [Section("", [chart, *blocks])]), folder / "contact.html")
 
 
 @pytest.mark.parametrize(
-    ("formats", "suffixes"), [((), {".svg"}), (("pdf", "png"), {".pdf", ".png", ".svg"})]
+    ("formats", "names"),
+    [
+        ((), set()),
+        (("svg", "pdf"), {"one.svg", "one.pdf", "two.svg", "two.pdf"}),
+    ],
 )
-def test_figures_are_written_as_svg_and_in_all_formats_named(tmp_path, formats, suffixes):
+def test_figures_are_written_in_the_formats_named_and_none_without(tmp_path, formats, names):
     with Work(figures=formats).options(tmp_path, Console(quiet=True)):
-        written_page(tmp_path)
-    assert {path.suffix for path in (tmp_path / "figures").iterdir()} == suffixes
+        written_page(tmp_path, Folded("more", [Picture("two", Figure())]))
+    assert {path.name for path in tmp_path.glob("figures/*")} == names
 
 
 def test_pages_in_the_folder_of_all_results_are_listed_there(tmp_path, monkeypatch, capsys):

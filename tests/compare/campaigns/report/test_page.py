@@ -9,6 +9,7 @@ from compare.campaigns.report import tables
 from compare.campaigns.report.charts import MOST_POINTS
 from compare.campaigns.report.fields import COLUMN, NONE, ROW, find_advice, find_fields, read_axes
 from compare.campaigns.report.page import count_scenes, write_sweep
+from compare.report.files import figures_as
 from tests.compare.campaigns.report import datasets
 from tests.compare.pages import read_texts, require_room
 
@@ -171,7 +172,8 @@ def test_figures_of_before_are_removed(grid, tmp_path):
     (tmp_path / "figures").mkdir()
     for ending in ("png", "svg"):
         (tmp_path / "figures" / f"sweep_of_before.{ending}").touch()
-    write_sweep(grid, tmp_path)
+    with figures_as(["svg"]):
+        write_sweep(grid, tmp_path)
     names = sorted(path.name for path in (tmp_path / "figures").iterdir())
     assert names == ["sweep_errors.svg", "sweep_within_errors.svg"]
 

@@ -1,6 +1,5 @@
 """The numbers and panels beside the statements on friction, on contacts made by hand."""
 
-import json
 from functools import cache
 from types import SimpleNamespace
 
@@ -8,11 +7,11 @@ import numpy as np
 import pytest
 
 from compare.report.charts import simple_chart
-from compare.report.interactive import as_json
 from compare.validation.statements import components_and_moduli, friction_contacts, rolling_and_compression
 from compare.validation.statements.page import STATEMENTS
 from compare.validation.statements.rolling_and_compression import LINE_ICS
 from femic.contact.pairs.ics import C
+from tests.compare.pages import read_chart
 from tests.compare.validation.statements import friction_makers as make
 
 LINES = {
@@ -44,7 +43,7 @@ def test_each_statement_has_finite_numbers_beside_it_and_panels_with_a_legend(nu
     assert all(np.isfinite(value) for value in statement.details(runs).values())
     panels = list(statement.panels(runs))
     assert panels
-    legend = json.loads(as_json(simple_chart("", panels, statement.columns)))["legend"]
+    legend = read_chart(simple_chart("", panels, statement.columns))["legend"]
     assert len({str(dict(entry, label="")) for entry in legend}) == len(legend)
 
 

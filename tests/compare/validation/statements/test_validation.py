@@ -9,7 +9,6 @@ from approx import forms
 from approx.effective import EffectiveProperties, Transition
 from approx.forms import Rotation
 from compare.report.charts import simple_chart
-from compare.report.interactive import as_json
 from compare.validation.statements import page as verdicts
 from compare.validation.statements.direct_components import nn_error
 from compare.validation.statements.frame import NOT_DECIDED, REPRODUCED, Criterion, Statement
@@ -21,6 +20,7 @@ from femic.reference import result
 from femic.reference.harmonic import engine as harmonic_engine
 from femic.reference.run_options import RunOptions
 from geometries.errors import Failure
+from tests.compare.pages import read_chart
 from tests.compare.validation.statements.mutations import cases_met, changed, quick_and_slow
 
 NEED_MORE = (8, 11, 14, 15, *range(21, 49))  # statements on other runs than those of both geometries
@@ -74,7 +74,7 @@ def test_every_criterion_is_measured_in_some_case(runs):
         for criterion in entry["criteria"]:
             assert None not in criterion["values"].values(), number
         assert panels
-        content = json.loads(as_json(simple_chart("", panels, STATEMENTS[number].columns)))
+        content = read_chart(simple_chart("", panels, STATEMENTS[number].columns))
         assert len({str(dict(each, label="")) for each in content["legend"]}) == len(content["legend"])
 
 
