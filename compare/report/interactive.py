@@ -157,14 +157,14 @@ def _axes(cell: Panel | Map) -> dict[str, Any]:
     return layout
 
 
-def _curve(curve: Curve, cell: Panel | Map) -> Iterator[Trace]:
+def _curve(curve: Curve, cell: Panel | Map | Contours) -> Iterator[Trace]:
     """Yield the band of a curve, and the curve, with bars, names and notes of its points."""
     (x, y), look = curve.points, curve.drawn_look
     least = cell.least if isinstance(cell, Panel) else 0.0
-    digits = CURVE_DIGITS if len(x) > LONG else None
+    logs = (False, False) if isinstance(cell, Contours) else (cell.log_x, cell.log_y)
     step_x, step_y = (
-        None if log or digits is None else _step(values, digits, at_least)
-        for values, log, at_least in ((x, cell.log_x, 0.0), (y, cell.log_y, least))
+        None if log or len(x) <= LONG else _step(values, CURVE_DIGITS, at_least)
+        for values, log, at_least in zip((x, y), logs, (0.0, least), strict=True)
     )
     group = {"legendgroup": curve.label, "showlegend": False}
     further: Trace = {}
@@ -357,7 +357,7 @@ def _contours(drawn: Contours) -> dict[str, Any]:
             "<extra></extra>",
         }
     )
-    outlines = [trace for curve in drawn.curves for trace in _curve(curve)]
+    outlines = [trace for curve in drawn.curves for trace in _curve(curve, drawn)]
     axis = {"constrain": "domain", "zeroline": False}
     layout = {
         "xaxis": axis | {"title": {"text": _plain(drawn.across)}},

@@ -157,7 +157,7 @@ def test_half_spaces_differ_by_the_share_of_the_dataset(dataset, body):
         assert cells[2].text.lstrip("+") == f"{with_estimate(share, estimate)} %"
 
 
-def test_without_rolling_there_are_only_stresses(dataset, tmp_path, monkeypatch):
+def test_without_rolling_there_are_only_stresses(dataset, tmp_path):
     still = dataset.drop_dims(["ics"])
     page = write_stresses(still, tmp_path).read_text(encoding="utf-8")
     assert "wears" not in summary(still)
