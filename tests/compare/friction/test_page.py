@@ -51,7 +51,7 @@ def drawn(cell):
 def test_page_and_file_of_rolling_agree(rolled, tmp_path):
     page = rolling_page.ROLLING.write(rolled, tmp_path).read_text(encoding="utf-8")
     written = xr.open_dataset(tmp_path / "contact.nc")
-    drawn = "creep_force", "centre_line", "stick", "work", "numbers_0.3", "numbers_0.5"
+    drawn = "creep_force", "centre_line", "stick", "work", "numbers"
     assert set(re.findall(r'id="chart-([^"]+)"', page)) == set(drawn)
     assert rolling_page.parts(written).summary in page.replace("&#39;", "'")
     for name in ("A", "Bhat"):
