@@ -7,18 +7,23 @@
   const charts = [];
   const css = name => getComputedStyle(root).getPropertyValue(name).trim();
 
-  // The bundles of Plotly by their names, and what has begun to be unpacked. Each is a module of its own: nothing is
-  // global, and one for 3D does not replace the other.
+  // The bundles of Plotly by their names, and what has begun to be unpacked. Nothing stays global, and one is
+  // unpacked after the other, so that that for 3D does not replace the other.
   const plotly = {}, begun = {};
+  let last = Promise.resolve();
   const unpack = async name => {
-    const packed = Uint8Array.from(atob(document.getElementById(`plotly-${name}`).textContent), sign => sign.charCodeAt(0));
-    const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-    const module = { exports: {} };
-    new Function("module", await new Response(stream).text())(module);
-    plotly[name] = module.exports;
+    const packed = await fetch(`data:application/gzip;base64,${document.getElementById(`plotly-${name}`).textContent}`);
+    const source = await new Response(packed.body.pipeThrough(new DecompressionStream("gzip"))).text();
+    const script = Object.assign(document.createElement("script"), { src: URL.createObjectURL(new Blob([source])) });
+    await new Promise((done, failed) => {
+      Object.assign(script, { onload: done, onerror: failed }); // a file is compiled while it is read
+      document.head.append(script);
+    });
+    plotly[name] = window.Plotly;
     delete window.Plotly;
   };
-  const needed = name => (begun[name] ??= unpack(name));
+  const needed = name => (begun[name] ??= last = last.catch(() => {}).then(() => unpack(name)));
+  if (document.getElementById("plotly-cartesian")) needed("cartesian"); // while the page is laid out
   const bundle = cell => (cell.layout.scene ? "gl3d" : "cartesian");
 
   const faint = colour => {
