@@ -36,7 +36,7 @@ def test_page_has_sentences_tables_and_figures(dataset, tmp_path, monkeypatch):
     monkeypatch.setattr("compare.report.parts._on_paper", lambda *_: [])  # pictures for paper take seconds
     page = write_stresses(dataset, tmp_path).read_text(encoding="utf-8")
     for text in (
-        "The lower body yields",
+        "not decided whether the lower body yields",  # elements so few leave no estimate
         "half-space, tractions of A",
         "T-gamma",
         "FI_surf",
