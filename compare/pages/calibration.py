@@ -13,12 +13,14 @@ import tomlkit
 import xarray as xr
 
 from approx.calibration import Parameter, pointwise_k
-from compare.pages.ics import NOT_DECIDED, along_line, chart, is_mirrored, lines_in, row_name
+from compare.pages.ics import along_line, chart, is_mirrored, lines_in, row_name
 from compare.report.charts import Chart, Curve, Panel
 from compare.report.errors import MEASURE, VANISHING, error_row, percent
 from compare.report.looks import FURTHER, Look, ics_looks, ics_symbol, without_marker
 from compare.report.parts import Block, Folded, Note, Page, Section, Verbatim, join_words, write_page
 from compare.report.tables import ROUNDING, Cell, Row, Table, numbers, texts, with_estimate
+from compare.report.verdicts import NO, NOT_DECIDED
+from compare.report.verdicts import verdict as is_within
 from femic.cache.files import write_dataset, write_text
 from femic.results.calibration import (
     REPORTED_COMPONENTS,
@@ -48,11 +50,11 @@ DEVIATIONS = (
     "only a model of C. Use the standard deviations to see which parameters the data determine."
 )
 READING = (
-    "Left: the fit, and the K that makes B̂ equal to C at a point, −(C_xn + A_xs sin ½α{})·πG/(J_x cos "
-    "½α). Right: differences of the approximations from C at the points of the fit; band: estimated error "
-    "of C. Table: root mean square of this difference with B̂′ (residual), and the largest errors on the "
-    "lines of the scene with B̂ → with B̂′, relative to the component. “Not decided”: both errors differ by "
-    "less than the estimated error of C."
+    "Panels “effective …”: the fit, and the K that makes B̂ equal to C at a point, −(C_xn + A_xs sin "
+    "½α{})·πG/(J_x cos ½α). Panels “… minus C”: differences of the approximations from C at the points of "
+    "the fit; band: estimated error of C. Table: root mean square of this difference with B̂′ (residual), "
+    "and the largest errors on the lines of the scene with B̂ → with B̂′, relative to the component. “Not "
+    "decided”: both errors differ by less than the estimated error of C."
 )
 OTHER_C = (
     "C without curvature: C minus the part that the curvature of the wheel along x adds to B̂. "
@@ -113,8 +115,10 @@ def verdict(before: float, after: float, estimate: float) -> str:
     change = abs(after - before)
     if np.isnan(change):
         return "not known"
-    if change <= max(estimate, ROUNDING):
-        return SAME if change <= ROUNDING else NOT_DECIDED
+    if change <= ROUNDING:
+        return SAME
+    if is_within(change, estimate, 0.0) != NO:
+        return NOT_DECIDED
     return BETTER if after < before else WORSE
 
 

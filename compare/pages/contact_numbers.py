@@ -19,6 +19,7 @@ from compare.report.tables import (
     numbers,
     with_estimate,
 )
+from compare.report.verdicts import NO, NOT_DECIDED, YES, verdict, verdict_cell
 from femic.contact.datasets import CHANGE, DISPLACED, FLOOR, LARGER, estimate_of_difference
 from femic.contact.pairs.ics import C
 from femic.contact.pairs.quantities import Quantity
@@ -31,7 +32,6 @@ OF_PLACE = ("position", "F_y", "M_x", "s_centre")  # numbers that vanish by symm
 # --- verdicts -------------------------------------------------------------------------------------------
 
 
-YES, NO, OPEN = "yes", "no", "not decided"
 DECIDES = (
     "“Not decided” means that the difference may be below or above the tolerance, given its estimated error. "
     "More elements (contact.elements){} can decide it."
@@ -53,20 +53,6 @@ def tolerance_levels(dataset: xr.Dataset) -> list[float]:
     return [-tolerance(dataset), tolerance(dataset)] if "ics_tolerance" in dataset.attrs else []
 
 
-def verdict(difference: ArrayLike, estimate: ArrayLike, limit: float) -> str:
-    """Return whether differences are within a limit, each known to an estimate: yes, no, or not decided.
-
-    One that is beyond the limit by more than its estimate decides; yes needs all of them, also those that
-    are not known, NaN. The text is empty where none is known.
-    """
-    off, known = np.abs(np.ravel(difference)), np.ravel(estimate)
-    if np.all(np.isnan(off)):
-        return ""
-    if np.any(off - known > limit):
-        return NO
-    return YES if np.all(off + known <= limit) else OPEN
-
-
 def verdict_sentences(
     verdicts: Mapping[str, str], deciding: Mapping[str, str], what: str, limit: str, where: tuple[str, str]
 ) -> str:
@@ -74,11 +60,13 @@ def verdict_sentences(
 
     `deciding` are the differences that verdicts follow from; `where` says of all, and of some of what.
     """
-    by_verdict = {word: [ics for ics, own in verdicts.items() if own == word] for word in (YES, NO, OPEN)}
+    by_verdict = {
+        word: [ics for ics, own in verdicts.items() if own == word] for word in (YES, NO, NOT_DECIDED)
+    }
     texts = {
         YES: "With {}, {} by at most {} {}.",
         NO: "With {}, {} by more than {} {} (difference: {}).",
-        OPEN: "With {}, it is not decided whether {} by at most {} {} (difference: {}).",
+        NOT_DECIDED: "With {}, it is not decided whether {} by at most {} {} (difference: {}).",
     }
     return " ".join(
         text.format(
@@ -99,7 +87,7 @@ def verdict_sentences(
 def verdict_doubts(verdicts: Iterable[str], reference: str) -> Iterator[str]:
     """Yield what decides what is not decided, and that the reference is no finite-element one."""
     approximate = reference != C and not map_names([reference])
-    if OPEN in verdicts:
+    if NOT_DECIDED in verdicts:
         yield DECIDES.format("" if approximate else " or a smaller error of C (engine.tolerance)")
     if approximate:
         yield NO_C.format(ics_symbol(reference))
@@ -143,7 +131,7 @@ def difference_text(value: ArrayLike, estimate: ArrayLike, *, signed: bool = Tru
 
 def deciding_text(off: xr.DataArray, estimate: xr.DataArray, limit: float, *, signed: bool = True) -> str:
     """Return the difference [%] that a verdict follows from: with its estimate it is furthest on its side."""
-    beyond = verdict(off, estimate, limit) == NO
+    beyond = verdict(abs(off), estimate, limit) == NO
     ends = abs(off) - estimate if beyond else abs(off) + estimate
     at = ends.fillna(-np.inf if beyond else np.inf).argmax(...)
     return difference_text(off.isel(at), estimate.isel(at), signed=signed)
@@ -174,7 +162,7 @@ def judged_numbers(dataset: xr.Dataset) -> dict[str, Column]:
 def verdicts(dataset: xr.Dataset, reference: str, others: Sequence[str]) -> dict[str, str]:
     """Return whether p_max is within the tolerance in all cases, by ICs."""
     off, known = differences(dataset, "p_max", reference)
-    return {name: verdict(off.sel(ics=name), known.sel(ics=name), tolerance(dataset)) for name in others}
+    return {name: verdict(abs(off.sel(ics=name)), known.sel(ics=name), tolerance(dataset)) for name in others}
 
 
 def answer_sentence(dataset: xr.Dataset, reference: str, others: Sequence[str]) -> str:
@@ -223,8 +211,8 @@ def verdict_table(dataset: xr.Dataset, key: str, reference: str, others: Sequenc
         exact = dataset.isel(case=number).sel(ics=reference)
         cells = [Cell(float(exact.angle), ".0f"), Cell(with_estimate(exact[key], exact[f"estimate_{key}"]))]
         for name in others:
-            each = off.isel(case=number).sel(ics=name), known.isel(case=number).sel(ics=name)
-            cells.append(Cell(verdict(*each, tolerance(dataset)) or "–", below=difference_text(*each)))
+            value, error = off.isel(case=number).sel(ics=name), known.isel(case=number).sel(ics=name)
+            cells.append(verdict_cell(abs(value), error, tolerance(dataset), difference_text(value, error)))
         rows.append(Row(label.replace(" ", NO_BREAK), cells))
     asked = numbers(*(f"{ics_symbol(name)} within {tolerance(dataset):g} %?" for name in others))
     with_reference = Column(f"{key} with {ics_symbol(reference)}", judged_numbers(dataset)[key].unit)

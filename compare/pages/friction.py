@@ -14,7 +14,6 @@ from compare.pages.contact_numbers import (
     deciding_text,
     tolerance,
     tolerance_levels,
-    verdict,
     verdict_doubts,
     verdict_sentences,
 )
@@ -23,6 +22,7 @@ from compare.report.charts import Chart, Curve, Map, Panel
 from compare.report.looks import drawing_order, ics_looks, ics_symbol, without_marker
 from compare.report.parts import Block, Folded, Note, Page, Section, Verbatim, join_words, write_results
 from compare.report.tables import MINUS, Cell, Row, Table, changed_cell, number_text, with_estimate
+from compare.report.verdicts import verdict, verdict_cell
 from femic.contact.datasets import CHANGE, FLOOR, LARGER, estimate_of_difference
 from femic.contact.motions import MOTIONS
 from femic.contact.motions.rolling import OF_CURVE, scaled_force
@@ -176,15 +176,17 @@ def verdicts(dataset: xr.Dataset) -> dict[str, str]:
     """Return whether the main number is within the tolerance everywhere, by ICs."""
     off, known = judged_differences(dataset)
     limit = tolerance(dataset)
-    return {name: verdict(off.sel(ics=name), known.sel(ics=name), limit) for name in compared_ics(dataset)}
+    return {
+        name: verdict(abs(off.sel(ics=name)), known.sel(ics=name), limit) for name in compared_ics(dataset)
+    }
 
 
 def verdict_cells(dataset: xr.Dataset) -> dict[str, Cell]:
     """Return these verdicts with the sizes of the differences that they follow from, by ICs."""
-    (off, known), cells = judged_differences(dataset), dict[str, Cell]()
-    for name, word in verdicts(dataset).items():
+    (off, known), limit, cells = judged_differences(dataset), tolerance(dataset), dict[str, Cell]()
+    for name in compared_ics(dataset):
         each = abs(off.sel(ics=name)), known.sel(ics=name)
-        cells[name] = Cell(word or "–", below=deciding_text(*each, tolerance(dataset), signed=False))
+        cells[name] = verdict_cell(*each, limit, deciding_text(*each, limit, signed=False))
     return cells
 
 

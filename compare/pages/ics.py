@@ -19,6 +19,7 @@ from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, VANISHING
 from compare.report.looks import Look, drawing_order, ics_looks, ics_symbol
 from compare.report.parts import Block, Folded, Note, Page, Picture, Section, Verbatim, join_words
 from compare.report.tables import Cell, Row, Table, numbers, texts, with_estimate
+from compare.report.verdicts import NO, NOT_DECIDED, YES, verdict
 from femic.ic_errors.error_measure import ROUNDING
 from femic.scenes.file import SceneFile
 
@@ -39,13 +40,12 @@ GROUPS = {  # components by kind, as the answer has them
     "tangential components": ("xx", "ss", "xs", "sx"),
     "cross terms": ("xn", "nx", "sn", "ns"),
 }
-YES, NO, NOT_DECIDED = "yes", "no", "not decided"
 LEAST_ESTIMATE = 1e-4  # share: smaller estimates are shown as this
 ANSWER = (
-    "Table: the largest error of the {} ICs on the lines {}, relative to the largest value of the component "
-    "in C, and the component in which it occurs. ± is the estimated error of C. Below: whether the error is "
-    "within the tolerance of {} (ics_tolerance in the scene file), and its weight: the same difference "
-    "relative to C_nn. “Not decided”: ± leaves it open. Tangential components: xx, ss, xs, sx. Cross terms: "
+    "Table: whether the errors of the {} ICs on the lines {} are within the tolerance of {} (ics_tolerance "
+    "in the scene file). “Not decided”: ± leaves it open. Below: the largest error, relative to the largest "
+    "value of the component in C, the component in which it occurs, and its weight: the same difference "
+    "relative to C_nn. ± is the estimated error of C. Tangential components: xx, ss, xs, sx. Cross terms: "
     "xn, nx, sn, ns. †: the component vanishes in C; its error is relative to 0.05 max |C_nn|."
 )
 ONE_SCENE = (
@@ -102,8 +102,8 @@ def _tolerance_sentence(scene: SceneICs, groups: Mapping[str, xr.Dataset]) -> st
     words_by_ics: dict[str, list[str]] = {}
     for words, group in groups.items():
         good, unknown = (
-            [ics_symbol(str(name)) for name in group.variant.values[group.verdict == verdict]]
-            for verdict in (YES, NOT_DECIDED)
+            [ics_symbol(str(name)) for name in group.variant.values[group.verdict == word]]
+            for word in (YES, NOT_DECIDED)
         )
         text = join_words(good) or "only C"
         words_by_ics.setdefault(
@@ -164,8 +164,8 @@ def largest_errors(scene: SceneICs) -> dict[str, xr.Dataset]:
         parts = [errors.sel(i=name[0], j=name[1], drop=True) for name in names]
         each = xr.concat(parts, xr.Variable("component", names)).sel(variant=variants)
         each = each.dropna("variant", subset=["error"])
-        low, high = ((each.error + sign * each.estimate).max("component") for sign in (-1, 1))
-        verdicts = np.select([high <= allowed, low > allowed], [YES, NO], NOT_DECIDED)
+        by_ics = [each.sel(variant=name) for name in each.variant.values]
+        verdicts = [verdict(one.error, one.estimate, allowed) for one in by_ics]
         worst = each.isel(component=each.error.argmax("component"))
         groups[words] = worst.assign(verdict=("variant", verdicts))
     return groups
@@ -189,13 +189,13 @@ def answer_table(scenes: Scenes) -> Table:
 
 
 def _answer_cell(worst: xr.Dataset) -> Cell:
-    """Return an error with its component; below, whether it is within the tolerance, and its weight."""
+    """Return whether an error is within the tolerance; below, the error with its component and weight."""
     component, mark = worst.component.item(), VANISHING if worst.vanishes.item() else ""
     place = "" if component == "nn" else f" ({component}{mark})"
-    below = worst.verdict.item()
+    below = _error_text(worst) + place
     if worst.weight.item() > ROUNDING and component != "nn":
         below = f"{below}; weight {percent(worst.weight.item())}"
-    return Cell(_error_text(worst) + place, below=below)
+    return Cell(worst.verdict.item(), below=below)
 
 
 def _error_text(worst: xr.Dataset) -> str:

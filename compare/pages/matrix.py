@@ -12,13 +12,14 @@ import numpy as np
 import xarray as xr
 
 from approx.pair import columns as approximations
-from compare.pages.ics import NO, YES, combined_first, main_body, row_name, share_text
+from compare.pages.ics import combined_first, main_body, row_name, share_text
 from compare.report.charts import Chart, Curve, Map, Panel
 from compare.report.errors import COMPONENTS as COMPONENT_NAMES
 from compare.report.errors import error_cell, percent
 from compare.report.looks import INK, Look, drawing_order, ics_looks, ics_symbol
 from compare.report.parts import Folded, Note, Page, Section, Verbatim, write_page
 from compare.report.tables import Cell, Row, Table, numbers, texts
+from compare.report.verdicts import NO, YES
 from femic.cache.digests import PAGE_FOLDERS, results_digest
 from femic.contact.operators.dense import Reciprocity
 from femic.reference.engine import Cost

@@ -35,8 +35,9 @@ from femic.results.contact import compared_ics, ics_names, reference_ics
 
 EVERYWHERE = "at every creepage", "at one creepage or more"
 NOTE = (
-    "Left: F_x is the longitudinal force on the wheel; band: estimated error of {0}. Right: bars are the "
-    "estimated errors of the differences, dotted lines the tolerance, key ics_tolerance of the scene."
+    "Panel “longitudinal force on the wheel”: F_x; band: estimated error of {0}. Panel “difference from the "
+    "curve with {0}”: bars are the estimated errors of the differences, dotted lines the tolerance, key "
+    "ics_tolerance of the scene."
 )
 PRESSED = "F_x exceeds friction × load at some creepages, because the flanks also press on each other."
 LIMIT = Look("#808080", "solid", width=1)

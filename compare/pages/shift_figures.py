@@ -12,6 +12,8 @@ import xarray as xr
 from compare.report.charts import Chart, Curve, Panel
 from compare.report.looks import INK, Look, drawing_order, ics_looks, ics_symbol
 from compare.report.thinning import thin
+from compare.report.verdicts import NO, NOT_DECIDED, YES, decide
+from femic.contact.datasets import CHANGE, FLOOR, LARGER, estimate_of_difference
 from femic.contact.pairs.planar import PLANAR
 from geometries.arrays import Array
 
@@ -20,7 +22,6 @@ from geometries.arrays import Array
 
 ORDER = ("C", "Bhat")  # the best first; then the last of the others
 LIMITS = (0.01, 0.05, 0.10)
-YES, NO, UNDECIDED = "yes", "no", "not decided"
 
 
 @dataclass(frozen=True)
@@ -58,11 +59,12 @@ def rank_ics(dataset: xr.Dataset) -> list[str]:
 
 def reference_values(dataset: xr.Dataset, quantity: str) -> xr.DataArray:
     """Return a quantity with the best ICs of each contact, over shift and side."""
-    first, *others = rank_ics(dataset)
-    values = dataset[quantity].sel(ics=first, drop=True)
-    for name in others:
-        values = values.fillna(dataset[quantity].sel(ics=name, drop=True))
-    return values
+    return _with_ics(dataset[quantity], reference_names(dataset, quantity))
+
+
+def _with_ics(values: xr.DataArray, names: xr.DataArray) -> xr.DataArray:
+    """Return values with the ICs that are named for each contact, NaN where there are none."""
+    return values.where(values.ics == names).max("ics")
 
 
 def reference_names(dataset: xr.Dataset, quantity: str = "p_max") -> xr.DataArray:
@@ -78,37 +80,49 @@ def difference(dataset: xr.Dataset, ics: str, quantity: Quantity = P_MAX) -> xr.
 
     Over shift and side; NaN where these ICs are the best themselves.
     """
-    own = dataset[quantity.name].sel(ics=ics, drop=True)
-    best = reference_values(dataset, quantity.name)
-    scale = dataset.attrs["friction"] * dataset.attrs["load"] if quantity.is_friction_share else best
-    return ((own - best) / scale).where(reference_names(dataset, quantity.name) != ics)
+    best = reference_names(dataset, quantity.name)
+    return _difference(dataset[quantity.name], ics, best, _friction_limit(dataset, quantity))
+
+
+def _difference(values: xr.DataArray, ics: str, best: xr.DataArray, scale: float | None) -> xr.DataArray:
+    """Return values with some ICs less those with the `best`, over these or over a scale."""
+    own, reference = values.sel(ics=ics, drop=True), _with_ics(values, best)
+    return ((own - reference) / (scale or reference)).where(best != ics)
+
+
+def _friction_limit(dataset: xr.Dataset, quantity: Quantity) -> float | None:
+    """Return friction times load where differences of a quantity are shares of it."""
+    return dataset.attrs["friction"] * dataset.attrs["load"] if quantity.is_friction_share else None
 
 
 def difference_estimate(dataset: xr.Dataset, ics: str, quantity: Quantity = P_MAX) -> xr.DataArray:
-    """Return the estimated error of `difference`: that of the best ICs, on the same elements.
+    """Return the estimated error of `difference`, by how it changes with elements, states and ICs.
 
-    Planar contact has elements of its own, and its own estimate adds to it.
+    Much of the error of both contacts is the same, as they have the same elements (`femic.contact.datasets`).
+    Planar contact has elements of its own: there the errors of both add.
     """
-    name = f"estimate_{quantity.name}"
-    estimate = reference_values(dataset, name)
+    name, scale = quantity.name, _friction_limit(dataset, quantity)
+    best = reference_names(dataset, name)
     if ics == PLANAR:
-        estimate = estimate + dataset[name].sel(ics=ics, drop=True)
-    if quantity.is_friction_share:
-        return estimate / (dataset.attrs["friction"] * dataset.attrs["load"])
-    return estimate / abs(reference_values(dataset, quantity.name))
+        known = dataset[f"estimate_{name}"]
+        both = _with_ics(known, best) + known.sel(ics=ics, drop=True)
+        return both / (scale or abs(reference_values(dataset, name)))
+    varied = dataset[[prefix + name for prefix in ("", LARGER, CHANGE, FLOOR)]]
+    return estimate_of_difference(varied, lambda contacts: _difference(contacts[name], ics, best, scale))
 
 
 def decisions(dataset: xr.Dataset, ics: str, limit: float, quantity: Quantity = P_MAX) -> xr.DataArray:
-    """Return for each shift whether ICs are within a limit of the best on both wheels: YES, NO, UNDECIDED.
+    """Return for each shift whether ICs are within a limit of the best on both wheels, as `decide` says.
 
-    Undecided is what may be either within its estimate; empty where nothing was compared.
+    Wheels without a difference do not count; empty where nothing was compared.
     """
     off, estimate = abs(difference(dataset, ics, quantity)), difference_estimate(dataset, ics, quantity)
-    compared = off.notnull()
-    decided = (abs(off - limit) >= estimate) | ~compared
-    no, is_open = (compared & decided & (off > limit)).any("side"), (~decided).any("side")
-    result = xr.full_like(no, YES, dtype=object)
-    return result.where(~is_open, UNDECIDED).where(~no, NO).where(compared.any("side"), "")
+    each = off.copy(data=decide(off, estimate.transpose(*off.dims), limit))
+    words = [
+        next((word for word in (NO, NOT_DECIDED, YES) if (each.sel(shift=at) == word).any()), "")
+        for at in each["shift"].values
+    ]
+    return xr.DataArray(np.array(words, dtype=object), coords={"shift": each["shift"]})
 
 
 def compared_ics(dataset: xr.Dataset) -> list[str]:

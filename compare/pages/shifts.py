@@ -14,11 +14,8 @@ from compare.pages.shift_figures import (
     F_X,
     F_Y,
     LIMITS,
-    NO,
     OF_ROLLING,
     P_MAX,
-    UNDECIDED,
-    YES,
     Quantity,
     compared_ics,
     decisions,
@@ -28,6 +25,7 @@ from compare.pages.shift_figures import (
 from compare.report.looks import ics_symbol
 from compare.report.parts import Folded, Items, Note, Page, Section, Verbatim, join_words, write_results
 from compare.report.tables import Cell, Column, Row, Table, number_text, numbers, texts, with_estimate
+from compare.report.verdicts import NO, NOT_DECIDED, YES
 from femic.contact.finite_strain import finite_strain_shares
 from femic.contact.pairs.planar import PLANAR
 from femic.results.wheelset import value_text
@@ -47,9 +45,9 @@ REFERENCE = (
 )
 BARS = (
     "Bars are estimated errors from the size of the elements and from rounded points of the profile files. "
-    "A difference has the estimated error of its reference. All ICs of a contact use the same elements, so "
-    "the difference may be known better than that. The answer is yes or no only where the difference is "
-    "further from the limit than the estimated error."
+    "The estimated error of a difference is smaller: all ICs of a contact use the same elements and the same "
+    "points of the profiles, and these errors nearly cancel. The estimated error of C counts in full. The "
+    "answer is yes or no only where the difference is further from the limit than its estimated error."
 )
 ZONES = (
     "Dotted lines stand half way between two solved shifts where the patch nearest to the flange reaches "
@@ -60,8 +58,8 @@ ZONES = (
 FURTHER = "Circles are the largest pressures of the other patches of a contact."
 WITH_PLANAR = (
     "Planar contact puts each patch into one plane, with the mean inclination where the profiles overlap, "
-    "and uses A. Its patches do not displace each other. It has elements of its own, and its estimated error "
-    "adds to that of a difference."
+    "and uses A. Its patches do not displace each other. It has elements of its own, so for its differences "
+    "the estimated errors of both contacts are added."
 )
 WITH_C = (
     "For C the bodies end in flanks of 60 degrees beside the contact. Its estimated error includes the "
@@ -207,21 +205,24 @@ VERDICTS = {  # by what was decided at some shifts
     (YES,): "With {ics}, p_max is within {limit} of {reference} at {yes}.",
     (NO,): "With {ics}, p_max differs from {reference} by more than {limit} at {no}.",
     (YES, NO): "With {ics}, p_max is within {limit} of {reference} at {yes}, but not at {no}.",
-    (UNDECIDED,): "With {ics}, it is not decided whether p_max is within {limit} of {reference}.",
-    (YES, UNDECIDED): (
+    (NOT_DECIDED,): "With {ics}, it is not decided whether p_max is within {limit} of {reference}.",
+    (YES, NOT_DECIDED): (
         "With {ics}, p_max is within {limit} of {reference} at {yes}; at {open} this is not decided."
     ),
-    (NO, UNDECIDED): (
+    (NO, NOT_DECIDED): (
         "With {ics}, p_max differs from {reference} by more than {limit} at {no}; at {open} this is not "
         "decided."
     ),
-    (YES, NO, UNDECIDED): (
+    (YES, NO, NOT_DECIDED): (
         "With {ics}, p_max is within {limit} of {reference} at {yes}, but not at {no}; at {open} this is not "
         "decided."
     ),
 }
+NO_CONICITY = (
+    "The equivalent conicity at an amplitude of {} cannot be given: {}. Give a smaller conicity_amplitude, "
+    "or check the profiles and the radii of both sides."
+)
 FIRST_OF_REASON = re.compile(r"^(equivalent conicity|amplitude = [^:]*): ")
-END_OF_REASON = re.compile(r"(; give more shifts)?\.?$")
 
 
 def summary(dataset: xr.Dataset) -> str:
@@ -253,8 +254,8 @@ def summary(dataset: xr.Dataset) -> str:
     if np.isfinite(value):
         sentences.append(f"The equivalent conicity at an amplitude of {amplitude} is {value:.3f}.")
     else:
-        reason = FIRST_OF_REASON.sub("", END_OF_REASON.sub("", dataset.attrs["conicity_reason"]))
-        sentences.append(f"The equivalent conicity at an amplitude of {amplitude} cannot be given: {reason}.")
+        reason = FIRST_OF_REASON.sub("", dataset.attrs["conicity_reason"])
+        sentences.append(NO_CONICITY.format(amplitude, reason.removesuffix(".")))
     return " ".join(sentences)
 
 
@@ -269,14 +270,14 @@ def _ics_text(name: str) -> str:
 def _verdict(dataset: xr.Dataset, names: Sequence[str], decided: Sequence[str]) -> str:
     """Return at which shifts p_max with some ICs, decided alike, is within the limit."""
     shifts = dataset["shift"].values
-    found = {word: shift_ranges(shifts, [one == word for one in decided]) for word in (YES, NO, UNDECIDED)}
+    found = {word: shift_ranges(shifts, [one == word for one in decided]) for word in (YES, NO, NOT_DECIDED)}
     return VERDICTS[tuple(word for word in found if word in decided)].format(
         ics=join_words(map(_ics_text, names)),
         limit=f"{100 * LIMIT:g} %",
         reference=figures.reference_label(dataset, ics=names[0]),
         yes=found[YES],
         no=found[NO],
-        open=found[UNDECIDED],
+        open=found[NOT_DECIDED],
     )
 
 
@@ -313,7 +314,7 @@ def decision_cell(dataset: xr.Dataset, ics: str, limit: float, quantity: Quantit
     decided = decisions(dataset, ics, limit, quantity).values
     parts = [
         f"{word}: {shift_ranges(dataset['shift'].values, decided == word)}"
-        for word in (YES, UNDECIDED, NO)
+        for word in (YES, NOT_DECIDED, NO)
         if word in decided
     ]
     return Cell(parts[0], below="; ".join(parts[1:]))

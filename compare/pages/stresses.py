@@ -16,6 +16,7 @@ from compare.report.charts import Chart, Contours, Curve, Panel
 from compare.report.looks import OWN, Look, ics_looks, ics_symbol
 from compare.report.parts import Block, Folded, Note, Page, Section, Verbatim, write_results
 from compare.report.tables import Cell, Column, Row, Table, number_text, with_estimate
+from compare.report.verdicts import NO, NOT_DECIDED, YES, verdict
 from femic.results.damage import OF_DAMAGE
 from femic.results.stresses import ACTUAL, HALF_SPACE, HALF_SPACE_OF_A, MEASURES, OF_STRESS
 from femic.stresses.field import von_mises
@@ -24,20 +25,19 @@ from geometries.arrays import Array
 # --- the page -------------------------------------------------------------------------------------------
 
 
-YES, NO, UNDECIDED = "yes", "no", "not decided"
 YIELDS = {
     YES: "The {} body yields: its largest von Mises stress, {} MPa ({}), exceeds the yield stress of {:g} "
     "MPa.",
     NO: "The {} body does not yield: its largest von Mises stress, {} MPa ({}), stays below the yield stress "
     "of {:g} MPa.",
-    UNDECIDED: "It is not decided whether the {} body yields: its largest von Mises stress is {} MPa ({}), "
+    NOT_DECIDED: "It is not decided whether the {} body yields: its largest von Mises stress is {} MPa ({}), "
     "and the yield stress {:g} MPa.",
 }
 WOULD_YIELD = "The {} body yields if its yield stress is below {} MPa, its largest von Mises stress ({})."
 RATCHETS = {
     YES: "The material can ratchet: p_max/k, {}, exceeds the shakedown limit, {}.",
     NO: "The material does not ratchet: p_max/k, {}, stays below the shakedown limit, {}.",
-    UNDECIDED: "It is not decided whether the material ratchets: p_max/k is {}, the shakedown limit {}.",
+    NOT_DECIDED: "It is not decided whether the material ratchets: p_max/k is {}, the shakedown limit {}.",
 }
 WEARS = (
     "By the energy law, a passage wears up to {} nm off the lower body and a revolution as much off the "
@@ -95,11 +95,9 @@ def write_stresses(dataset: xr.Dataset, out: Path) -> Path:
 
 
 def exceeds(value: float | xr.DataArray, estimate: float | xr.DataArray, limit: float) -> str:
-    """Return whether a value exceeds a limit: not decided within its estimate, where that is known."""
-    value, estimate = float(value), np.nan_to_num(float(estimate))
-    if abs(value - limit) <= estimate:
-        return UNDECIDED
-    return YES if value > limit else NO
+    """Return whether a value exceeds a limit, which is whether it is not within it."""
+    within = verdict(value, estimate, limit)
+    return {YES: NO, NO: YES}.get(within, within)
 
 
 def summary(dataset: xr.Dataset) -> str:
@@ -157,7 +155,7 @@ def doubts(dataset: xr.Dataset) -> list[str]:
         if any(np.any(np.abs(float(actual[f"{name}_von_mises"]) - end) < SAME) for name, end in ends.items()):
             found.append(f"{largest} lies at an outermost computed point. Larger ones may lie beside it.")
         if np.isnan(float(actual.estimate_von_mises)):
-            found.append(f"{largest} has no estimated error. The verdict on its yield takes it as exact.")
+            found.append(f"{largest} has no estimated error, so whether the body yields is not decided.")
     limit = float(attributes.get("yield_stress", np.inf))
     if float(dataset.von_mises.sel(source=ACTUAL).max()) > limit:
         found.append(
@@ -329,7 +327,7 @@ def _difference(both: Sequence[tuple[float, float]], estimate: float) -> Cell:
         return Cell(f"{number_text(share, '+.2g')} %")
     text = with_estimate(share, estimate)
     sign = "+" if share > 0 and not text.startswith(("0", "(")) else ""
-    return Cell(f"{sign}{text} %", below="" if abs(share) > estimate else UNDECIDED)
+    return Cell(f"{sign}{text} %", below="" if verdict(abs(share), estimate, 0.0) == NO else NOT_DECIDED)
 
 
 def stress_table(dataset: xr.Dataset) -> Table:

@@ -173,9 +173,11 @@ def canted_rails(specification: ShiftsFile) -> tuple[str, ...]:
             continue
         lines = read_source(Path(table.profile)).lines
         if said := next((line for line in lines if CANTED.search(line)), None):
+            quoted = " ".join(said.split()).lstrip("#; ").replace('"', "'")
             sentences.append(
-                f'{name}, {Path(table.profile).name}: its file says "{" ".join(said.split())}", and '
-                f"track.rail_inclination = {slope:g} turns it once more: give 0 if its points are inclined"
+                f"The file {Path(table.profile).name} (key {name}) says “{quoted}”, but "
+                f"track.rail_inclination = {slope:g} inclines its points once more. Give 0 if they are "
+                "inclined already."
             )
     return tuple(sentences)
 

@@ -12,11 +12,12 @@ of its own.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from femic.contact import estimates
+from femic.contact.datasets import CHANGE, FLOOR, LARGER, common_floors
 from femic.contact.estimates import Kind, Measured, changes, errors, from_grids
 from femic.contact.motions.rolling import OF_ROLLING, measured_rolling
 from femic.contact.pairs.quantities import kinds, measured
@@ -205,12 +206,14 @@ Other = tuple[RollingWheel, WheelContact]  # the same wheel with changed ICs
 class WheelNumbers:
     """Numbers of a wheel by the names of `OF_WHEEL`, and the estimated errors of those that have one.
 
-    `patches` are those of each grid by the names of `OF_PATCH`, by growing arc length.
+    `patches` are those of each grid by the names of `OF_PATCH`, by growing arc length. `variations` are those
+    of `SUMMED` by the prefixes of `femic.contact.datasets`.
     """
 
     numbers: Mapping[str, float]
     errors: Mapping[str, float]
     patches: tuple[Mapping[str, float], ...]
+    variations: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
 def axle_numbers(
@@ -243,14 +246,13 @@ def wheel_numbers(state: AxleState, number: int, ics: str, others: Sequence[Othe
     """Return the numbers of one of the wheels; changes by the ICs of `others` add to estimated errors."""
     wheel, contact, levels = state.wheels[number], state.contacts[number], state.levels
     error_kinds: dict[str, Kind] = {**kinds(OF_ROLLING), WORK: estimates.WORK}
-    own, known = list[Mapping[str, float]](), list[Mapping[str, float]]()
-    for patch in range(len(wheel.problems)):
-        fine, *larger = (
-            _measure(level.wheels[number], level.contacts[number], patch, ics) for level in levels
-        )
-        parts = [changes(fine, error_kinds, _measure(*other, patch, ics).numbers) for other in others]
-        own.append(fine.numbers)
-        known.append(errors(error_kinds, fine, larger[:2], parts))
+    by_level = [_measure(level.wheels[number], level.contacts[number], ics) for level in levels]
+    by_other = [_measure(*other, ics) for other in others]
+    own, known = [fine.numbers for fine in by_level[0]], list[Mapping[str, float]]()
+    for patch, fine in enumerate(by_level[0]):
+        larger = [measures[patch] for measures in by_level[1:3]]
+        parts = [changes(fine, error_kinds, measures[patch].numbers) for measures in by_other]
+        known.append(errors(error_kinds, fine, larger, parts))
     patches = [_patch_numbers(wheel, contact, patch, own[patch][WORK]) for patch in range(len(own))]
     bound = sum(
         float(np.sum(problem.problem.bound(pressed.p[..., N]))) * problem.problem.grid.area
@@ -259,11 +261,11 @@ def wheel_numbers(state: AxleState, number: int, ics: str, others: Sequence[Othe
     tangential = float(np.hypot(sum(each["F_x"] for each in patches), sum(each["F_s"] for each in patches)))
     area = np.array([max(numbers["area"], 1e-300) for numbers in own])
     highest = int(np.argmax([numbers["p_max"] for numbers in own]))
-    total = {name: float(sum(numbers[name] for numbers in own)) for name in SUMMED}
+    total = _total(wheel, contact, by_level[0])
     numbers = {
         "xi": contact.creepages.longitudinal,
         "F_x": total["F_x"],
-        "F_y": -wheel.place.in_track(contact.force)[0],
+        "F_y": total["F_y"],
         "M_z": total["M_z"],
         "work": total[WORK],
         "sliding": float(np.average([numbers["sliding_share"] for numbers in own], weights=area)),
@@ -277,7 +279,29 @@ def wheel_numbers(state: AxleState, number: int, ics: str, others: Sequence[Othe
         "p_max_rolling": known[highest]["p_max"],
     }
     estimated["utilised"] = float(np.hypot(estimated["F_x"], estimated["F_y"])) / bound
-    return WheelNumbers(numbers, estimated, tuple(patches))
+    larger_level, nothing = levels[1] if len(levels) > 1 else None, dict.fromkeys(SUMMED, np.nan)
+    moved = [
+        {name: abs(value - total[name]) for name, value in _total(*other, measures).items()}
+        for other, measures in zip(others, by_other, strict=True)
+    ]
+    floors = [common_floors(fine, OF_ROLLING) for fine in by_level[0]]
+    variations = {
+        LARGER: _total(larger_level.wheels[number], larger_level.contacts[number], by_level[1])
+        if larger_level
+        else nothing,
+        CHANGE: {name: float(sum(each[name] for each in moved)) for name in SUMMED},
+        FLOOR: {
+            name: float(sum(each["dissipation" if name == WORK else name] for each in floors))
+            for name in SUMMED
+        },
+    }
+    return WheelNumbers(numbers, estimated, tuple(patches), variations)
+
+
+def _total(wheel: RollingWheel, contact: WheelContact, measures: Sequence[Measured]) -> dict[str, float]:
+    """Return the numbers `SUMMED` of a wheel from those of its patches; F_y is in axes of the track."""
+    total = {name: float(sum(each.numbers[name] for each in measures)) for name in SUMMED}
+    return total | {"F_y": -wheel.place.in_track(contact.force)[0]}
 
 
 def _patch_numbers(wheel: RollingWheel, contact: WheelContact, patch: int, work: float) -> dict[str, float]:
@@ -305,17 +329,19 @@ def _patch_numbers(wheel: RollingWheel, contact: WheelContact, patch: int, work:
     }
 
 
-def _measure(wheel: RollingWheel, contact: WheelContact, patch: int, ics: str) -> Measured:
-    """Return the quantities of a patch, with the work of friction.
+def _measure(wheel: RollingWheel, contact: WheelContact, ics: str) -> list[Measured]:
+    """Return the quantities of each patch, with the work of friction.
 
     It is that of the tractions on the rigid motion, which converges faster than that of friction on the
     slip; with C it is the latter, because the tractions there act on a raised surface.
     """
-    on_grid, problem, rolling = wheel.on_grids[patch], wheel.problems[patch], contact.patches[patch]
-    if ics == "C":
-        own = measured_rolling(on_grid, problem, rolling)
-        work = own.numbers["dissipation"]
-    else:
-        own = measured(on_grid, rolling.contact, OF_ROLLING)
-        work = problem.power(rolling) - problem.climbing(rolling)
-    return replace(own, numbers={**own.numbers, WORK: work, "approach": contact.approach})
+    patches = []
+    for on_grid, problem, rolling in zip(wheel.on_grids, wheel.problems, contact.patches, strict=True):
+        if ics == "C":
+            own = measured_rolling(on_grid, problem, rolling)
+            work = own.numbers["dissipation"]
+        else:
+            own = measured(on_grid, rolling.contact, OF_ROLLING)
+            work = problem.power(rolling) - problem.climbing(rolling)
+        patches.append(replace(own, numbers={**own.numbers, WORK: work, "approach": contact.approach}))
+    return patches

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from femic.contact.datasets import APART, CHANGE, FLOOR, LARGER, PREFIXES, common_floors
 from femic.contact.estimates import Measured, Numbers, changes, errors
 from femic.contact.exact.hertz import combined_modulus
 from femic.contact.normal import NormalContact
@@ -42,6 +43,9 @@ MOST_TRIES = 20  # grids
 NUMBERS = {  # of a contact, by name: unit and meaning
     "p_max": ("MPa", "largest pressure"),
     "estimate_p_max": ("MPa", "estimated error of p_max"),
+    **{
+        f"{prefix}p_max": ("MPa", f"largest pressure{PREFIXES[prefix]}") for prefix in (LARGER, CHANGE, FLOOR)
+    },
     "approach": ("mm", "approach of wheel and rail"),
     "vertical": ("N", "vertical force on the wheel, perpendicular to the track"),
     "lateral": ("N", "lateral force on the wheel, positive towards the middle of the track"),
@@ -258,10 +262,9 @@ def _with_c(
         raise Failure(f"load = {load:g} N: no grid found that fits C")
     lacks = abs(_p_max(solved[SIZING][0]) - _p_max(fine[SIZING][0]))
     rows = {
-        name: _numbers(place, solved[name][0], further=lacks) | {"seconds": solved[name][1]} for name in names
+        name: _numbers(place, solved[name][0], lacks=lacks) | {"seconds": solved[name][1]} for name in names
     }
-    further = lacks + abs(_p_max(supports) - _p_max(with_c))
-    rows[C] = _numbers(place, with_c, others=(perturbed,), further=further) | {"seconds": seconds}
+    rows[C] = _numbers(place, with_c, lacks=lacks, changed=(perturbed, supports)) | {"seconds": seconds}
     return rows, (grid,)
 
 
@@ -272,9 +275,18 @@ OF_PLANE = {name: ALL[name] for name in ("p_max", "a", "b")}
 
 
 def _numbers(
-    place: Place, contact: AreasContact, *, others: Sequence[AreasContact] = (), further: float = 0.0
+    place: Place,
+    contact: AreasContact,
+    *,
+    lacks: float = 0.0,
+    changed: tuple[AreasContact, AreasContact] | None = None,
 ) -> Row:
-    """Return the numbers of a contact; changes by `others`, and `further` [MPa], add to estimated errors."""
+    """Return the numbers of a contact with their errors, and with the variations of `femic.contact.datasets`.
+
+    `lacks` [MPa] is what p_max lacks on this grid. `changed` are the contact with the ICs plus their
+    estimated error, and that with nearer supports. What the grid lacks and what rounded points of profiles do
+    is nearly the same with all ICs, as are floors: the part `APART` of it is none that they have in common.
+    """
     lateral, vertical = place.in_track(contact.force)
     patches = [
         patch
@@ -290,14 +302,21 @@ def _numbers(
     ]
     main = int(np.argmax(largest_forces))
     own = numbers(contact.areas.on_grids[main], contact.contacts[main], ESTIMATED)
-    known = [_errors(contact, k, others) for k in range(len(contact.contacts))]
+    known = [_errors(contact, k, changed[:1] if changed else ()) for k in range(len(contact.contacts))]
     p_max = [float(np.max(pressed.p)) for pressed in contact.contacts]
     rounded = [_rounding_error(place, on_grid, pressed) for on_grid, pressed in contact.parts]
     uppermost = max(p + each["p_max"] + more for p, each, more in zip(p_max, known, rounded, strict=True))
     highest = int(np.argmax(p_max))
+    moved = [abs(_p_max(other) - max(p_max)) for other in changed or ()]
+    estimate = max(known[highest]["p_max"] + rounded[highest], uppermost - max(p_max))
+    on_grid, pressed = contact.areas.on_grids[highest], contact.contacts[highest]
+    floor = common_floors(measured(on_grid, pressed, ESTIMATED), {"p_max": ALL["p_max"]})["p_max"]
     return {
         "p_max": max(p_max),
-        "estimate_p_max": max(known[highest]["p_max"] + rounded[highest], uppermost - max(p_max)) + further,
+        "estimate_p_max": estimate + lacks + sum(moved[1:]),
+        f"{LARGER}p_max": np.nan if contact.coarser is None else _p_max(contact.coarser),
+        f"{CHANGE}p_max": sum(moved),
+        f"{FLOOR}p_max": floor + APART * (rounded[highest] + lacks),
         "approach": contact.approach,
         "vertical": vertical,
         "lateral": -lateral,
@@ -363,6 +382,7 @@ def _planar_numbers(place: Place, planar: PlanarContact) -> Row:
     return {
         "p_max": float(np.max(highest.contact.p)),
         "estimate_p_max": errors(kinds(OF_PLANE), levels[0], levels[1:])["p_max"],
+        **dict.fromkeys((f"{LARGER}p_max", f"{CHANGE}p_max", f"{FLOOR}p_max"), np.nan),  # elements of its own
         "approach": planar.approach,
         "vertical": vertical,
         "lateral": float(np.dot(forces, np.sin(angles))),

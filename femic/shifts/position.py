@@ -6,12 +6,14 @@ C stands in for B-hat at the wheels where it was solved without friction, and ro
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from femic.contact.datasets import CHANGE, FLOOR, LARGER, PREFIXES
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.operators.protocols import FullOperator
 from femic.contact.pairs.area_grids import MOST_TRIES, longer
@@ -25,6 +27,7 @@ from femic.shifts.axle import (
     OF_PATCH,
     OF_WHEEL,
     OF_WHEELSET,
+    SUMMED,
     AxleState,
     Other,
     RollingWheelset,
@@ -105,6 +108,7 @@ def label_wheelset(
 ) -> xr.Dataset:
     """Return the numbers of wheels and axle with some ICs, and `estimate_NUMBER`, NaN where there is none.
 
+    Beside forces, moments and work of wheels stand their variations (`femic.contact.datasets`).
     Those of each contact area of a wheel are `area_NUMBER` (side, ics, area). The attribute `reasons` says by
     side why a wheel has no numbers.
     """
@@ -119,6 +123,11 @@ def label_wheelset(
             )
             dims = ("side", "ics") if name in OF_WHEEL else ("ics",)
             variables[prefix + name] = dims, values, {"units": unit, "long_name": about}
+    for name, prefix in product(SUMMED, (LARGER, CHANGE, FLOOR)):
+        unit, meaning = OF_WHEEL[name]
+        values = [[wheel.variations.get(prefix, {}).get(name, np.nan)] for wheel in both]
+        attributes = {"units": unit, "long_name": meaning + PREFIXES[prefix]}
+        variables[prefix + name] = ("side", "ics"), values, attributes
     most = max((len(wheel.patches) for wheel in wheels.values()), default=1)
     for name, (unit, meaning) in OF_PATCH.items():
         array = np.full((len(SIDES), 1, most), np.nan)

@@ -183,7 +183,7 @@ def _no_motion(curve: Differences, amplitude: float) -> str:
         return (
             f"equivalent conicity: the rolling-radius difference goes from {curve.values[0]:g} to "
             f"{curve.values[-1]:g} mm and does not increase through 0, so the wheelset does not return to "
-            "the middle; give more shifts"
+            "the middle"
         )
     widest, beyond = 0.0, min(amplitude, float(last - first))
     for _ in range(HALVINGS):
@@ -192,7 +192,7 @@ def _no_motion(curve: Differences, amplitude: float) -> str:
         widest, beyond = (middle, beyond) if moves else (widest, middle)
     return (
         f"amplitude = {amplitude:g} mm: between the shifts from {first:g} to {last:g} mm, and where the "
-        f"wheelset returns to the middle, the largest amplitude is {widest:.4g} mm; give more shifts"
+        f"wheelset returns to the middle, the largest amplitude is {widest:.4g} mm"
     )
 
 

@@ -33,6 +33,7 @@ from compare.report.errors import colour
 from compare.report.looks import ics_symbol
 from compare.report.parts import join_words
 from compare.report.tables import ROUNDING, Cell, Column, Row, Table, number_text, with_estimate
+from compare.report.verdicts import NO, NOT_DECIDED, YES, decide
 from femic.cache.files import replacing
 from geometries.arrays import Array
 
@@ -214,27 +215,25 @@ def answer_note(field: Field, dataset: xr.Dataset) -> str:
     return (
         f"Largest {field.kind} over all scenes, ± the estimated error of {field.reference}. Below: in how "
         f"many of the computed scenes it is within {share(REPORTED)}, ± included{where}. “Not decided”: ± "
-        f"leaves it open.{more}"
+        f"leaves it open, or is not known.{more}"
     )
 
 
 def verdict_counts(field: Field) -> dict[str, int]:
     """Return how many numbers of a field are within `REPORTED`, are not, and are not decided.
 
-    A number with its estimate decides; an estimate that is not known counts as 0.
+    A number with its estimate decides, as `decide` says.
     """
-    sizes = field.sizes
-    floor = xr.zeros_like(sizes) if field.floor is None else field.floor.fillna(0.0)
-    known, yes, no = sizes.notnull(), sizes + floor <= REPORTED, sizes - floor > REPORTED
-    counts = {"yes": yes, "no": no, "not decided": known & ~yes & ~no}
-    return {verdict: int(each.sum()) for verdict, each in counts.items()}
+    floor = xr.full_like(field.sizes, np.nan) if field.floor is None else field.floor
+    decided = decide(*xr.broadcast(field.sizes, floor), REPORTED)
+    return {word: int(np.count_nonzero(decided == word)) for word in (YES, NO, NOT_DECIDED)}
 
 
 def counts_text(field: Field) -> str:
     """Return in how many of the known scenes numbers are within `REPORTED`."""
     counts = verdict_counts(field)
-    text = f"within {share(REPORTED)}: {counts['yes']} of {sum(counts.values())}"
-    return f"{text}, not decided: {counts['not decided']}" if counts["not decided"] else text
+    text = f"within {share(REPORTED)}: {counts[YES]} of {sum(counts.values())}"
+    return f"{text}, not decided: {counts[NOT_DECIDED]}" if counts[NOT_DECIDED] else text
 
 
 def largest_sentence(field: Field, dataset: xr.Dataset) -> str:
@@ -248,8 +247,8 @@ def largest_sentence(field: Field, dataset: xr.Dataset) -> str:
     always, unknown = list[str](), list[str]()
     for row in field.rows:
         counts = verdict_counts(field.select(rows=[row]))
-        if counts["yes"] and not counts["no"]:
-            (unknown if counts["not decided"] else always).append(ics_symbol(row))
+        if counts[YES] and not counts[NO]:
+            (unknown if counts[NOT_DECIDED] else always).append(ics_symbol(row))
     more = f" (not decided: {join_words(unknown)})" if unknown else ""
     return (
         f"Largest {field.kind} of {plain(column)} over all scenes: {errors}. Within {share(REPORTED)} in "

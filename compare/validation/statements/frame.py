@@ -11,6 +11,7 @@ from typing import Any, Literal, Self
 import numpy as np
 
 from compare.report.charts import Panel
+from compare.report.verdicts import NOT_DECIDED
 
 FOLLOWS = 0.10  # largest error of a curve that follows another one
 POOR = 0.20  # smallest error of a poor curve
@@ -119,7 +120,6 @@ class Statement:
 
 
 REPRODUCED, NOT_REPRODUCED, DEPENDS = "reproduced", "not reproduced", "depends"
-NOT_DECIDED = "not decided"
 
 
 def find_verdict(statement: Statement, values: Mapping[str, Values]) -> str:

@@ -23,6 +23,7 @@ from compare.report.errors import orange
 from compare.report.parts import Block, Folded, Note, Page, Section, range_text
 from compare.report.tables import Cell, Column, Row, Table, texts
 from compare.report.tables import numbers as number_heads
+from compare.report.verdicts import NOT_DECIDED
 from compare.validation.statements import (
     changed_operators,
     closed_forms,
@@ -39,7 +40,6 @@ from compare.validation.statements import (
 from compare.validation.statements.changes import CHANGES
 from compare.validation.statements.frame import (
     DEPENDS,
-    NOT_DECIDED,
     NOT_REPRODUCED,
     REPRODUCED,
     Statement,
@@ -204,7 +204,7 @@ IN_CASES = {
     REPRODUCED: "reproduced in every case",
     DEPENDS: "in some cases only",
     NOT_REPRODUCED: "in no case",
-    NOT_DECIDED: "not decided",
+    NOT_DECIDED: NOT_DECIDED,
 }
 MOST_UNMET = 3  # cases that are listed beside a criterion
 HEIGHT = 0.85  # of panels, over the standard

@@ -16,10 +16,10 @@ from compare.pages.contact_numbers import (
     deciding_text,
     differences,
     numbers_table,
-    verdict,
     verdict_sentences,
 )
 from compare.report.tables import with_estimate
+from compare.report.verdicts import verdict
 from femic.contact.motions.none import map_pressures, sensitivities
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
 from femic.results.contact import pressures, solve_scene, to_dataset
@@ -104,7 +104,7 @@ def test_verdicts_depend_on_the_case_and_on_the_tolerance_of_the_scene(dataset, 
 )
 def test_a_verdict_is_yes_or_no_only_where_estimates_allow_it(differences, estimates, said):
     off, known = (xr.DataArray(values, dims="case") for values in (differences, estimates))
-    assert verdict(off, known, 2.0) == said
+    assert verdict(abs(off), known, 2.0) == said
 
 
 def test_the_difference_shown_is_one_that_the_verdict_follows_from():

@@ -163,7 +163,7 @@ def test_answer_and_summary_have_the_errors_of_the_files_on_common_lines(compare
     assert [column.head for column in shown.answer.heads] == ["scene", "nn", "cross terms"]
     assert [row.name for row in shown.answer.rows] == ["A", "", "B̂", ""]
     for row, variant in zip(shown.answer.rows, ("A", "A", "Bhat", "Bhat"), strict=True):
-        name, *cells = (cell.text for cell in row.filled)
+        name, cells = row.filled[0].text, [cell.below for cell in row.filled[1:]]
         errors = read(compared, f"{name}/errors.nc").error.sel(body="lower", line=LINE)
         for i, text in zip("ns", cells, strict=True):
             error, estimate = (100 * errors.sel(i=i, j="n", variant=one).item() for one in (variant, "C"))

@@ -12,6 +12,7 @@ from compare.pages.shift_figures import (
     compared_ics,
     decisions,
     difference,
+    difference_estimate,
     flange_limits,
     reference_names,
     reference_values,
@@ -29,7 +30,7 @@ from tests.femic.shifts.fakes import SHIFTS, changed, known_dataset
 
 @pytest.fixture
 def dataset():
-    return known_dataset()
+    return known_dataset().copy(deep=True)
 
 
 def test_the_dataset_and_the_page_say_which_patch_carries_what(dataset):
@@ -71,7 +72,7 @@ def test_the_summary_has_the_numbers_of_the_dataset(dataset):
     assert "with B̂, at −2 mm on the left wheel, on the tread." in text
     assert "With A, p_max is within 5 % of C (elsewhere B̂) at −2 to 0 mm, but not at 1 to 2 mm." in text
     assert "With B̂, p_max is within 5 % of C at 2 mm." in text
-    assert "The largest difference of p_max is +20.00 ± 0.30 %: with A at 2 mm on the left wheel." in text
+    assert "The largest difference of p_max is +20.0 ± 1.4 %: with A at 2 mm on the left wheel." in text
     assert f"at an amplitude of 0.5 mm is {dataset.attrs['conicity']:.3f}." in text
 
 
@@ -90,17 +91,28 @@ def test_the_summary_says_why_there_is_no_conicity(dataset):
 
 
 def test_a_difference_is_decided_if_its_estimate_does_not_reach_the_limit(dataset):
-    """A differs by 2, 0 and -7 % on the left wheel, estimates are 0.3 % and then 3.5 %."""
+    """A differs by 2 and -7 % on the left wheel; the floor of B-hat is 3 MPa, then 35 MPa."""
     shifts = [0.0, 1.0]
     own = dataset.sel(shift=shifts)
     assert decisions(own, "A", 0.05).values.tolist() == ["yes", "no"]
-    rough = own.assign(estimate_p_max=0 * own.p_max + 35.0)
+    rough = own.assign(floor_p_max=own.floor_p_max * 35 / 3)
     assert decisions(rough, "A", 0.05).values.tolist() == ["not decided"] * 2
     assert decisions(rough, "A", 0.10).values.tolist() == ["yes", "not decided"]
     assert decisions(rough, "A", 0.01).values.tolist() == ["not decided", "no"]
-    unknown = own.assign(estimate_p_max=np.nan * own.p_max)
+    unknown = own.assign(larger_p_max=np.nan * own.p_max)
     assert set(decisions(unknown, "A", 0.05).values) == {"not decided"}
     assert decisions(own, "Bhat", 0.05).values.tolist() == ["", ""]  # the best ICs themselves
+
+
+def test_the_estimated_error_of_c_counts_in_full_and_common_elements_do_not(dataset):
+    """C less 20 MPa: 1200 / 980 instead of 1.2. All numbers 10 % less on larger elements: no change."""
+    at = {"shift": 2.0, "side": "left"}
+    known = difference_estimate(dataset, "A").sel(at).item()
+    doubtful = dataset.assign(change_p_max=20.0 * (dataset.ics == "C") + 0 * dataset.p_max)
+    added = difference_estimate(doubtful, "A").sel(at).item() - known
+    assert added == pytest.approx(1200 / 980 - 1.2, rel=1e-9)
+    larger = dataset.assign(larger_p_max=0.9 * dataset.p_max)
+    assert difference_estimate(larger, "A").sel(at).item() == pytest.approx(known, rel=1e-9)
 
 
 def test_without_other_ics_nothing_is_compared(dataset):
@@ -173,11 +185,11 @@ def test_the_answer_table_has_the_numbers_of_the_dataset(dataset):
     table = page.answer_table(dataset)
     cells = read_texts(table)
     limits = ["yes: −2 to −1 mm", "yes: −2 to 0 mm", "yes: −2 to 1 mm"]
-    assert cells["A"] == [*limits, "+20.00 ± 0.30 %"]
+    assert cells["A"] == [*limits, "+20.0 ± 1.4 %"]  # 20 % / 20 + (1200 / 1003 - 1.2)
     below = [cell.below for cell in table.rows[0].filled]
     assert below == ["no: 0 to 2 mm", "no: 1 to 2 mm", "no: 2 mm", "2 mm on the left wheel"]
-    assert cells["B̂"] == ["yes: 2 mm"] * 3 + ["0 ± 0.30 %"]
-    same = dataset.assign(p_max=dataset.p_max * 0 + 1000)
+    assert cells["B̂"] == ["yes: 2 mm"] * 3 + ["0 ± 0.60 %"]  # the floors of both
+    same = dataset.assign(dict.fromkeys(("p_max", "larger_p_max"), dataset.p_max * 0 + 1000))
     assert read_texts(page.answer_table(same))["A"][:3] == ["yes: all shifts"] * 3
 
 

@@ -65,7 +65,8 @@ def numbers(where, ics):
         patches = patch | flange | places, patch | {"share": 0.967}
     forces = {"vertical": 9e4, "lateral": 4e3, "estimate_lateral": 50.0}
     sizes = {"angle": 20 + shift, "a": 6.0, "b": 5.0, "seconds": 0.5, "patches": patches}
-    return {"p_max": largest, "estimate_p_max": 3.0, "approach": 0.1} | forces | sizes
+    varied = {"larger_p_max": largest, "change_p_max": 0.0, "floor_p_max": 3.0 if ics != "A" else 0.0}
+    return {"p_max": largest, "estimate_p_max": 3.0, "approach": 0.1} | varied | forces | sizes
 
 
 def fake_contact(where, *_):
@@ -87,7 +88,13 @@ def rolling_wheel(shift, side, ics):
     }
     patch = dict.fromkeys(OF_PATCH, 1.0) | {"F_n": 9e4, "centre": 70.0}
     patches = (patch, patch) if shift == 2.0 else (patch,)
-    return WheelNumbers(own, dict.fromkeys(("F_x", "F_y", "M_z", "work"), 50.0), patches)
+    summed, floor = ("F_x", "F_y", "M_z", "work"), 50.0 if ics != "A" else 0.0
+    variations = {
+        "larger_": own,
+        "change_": dict.fromkeys(summed, 0.0),
+        "floor_": dict.fromkeys(summed, floor),
+    }
+    return WheelNumbers(own, dict.fromkeys(summed, 50.0), patches, variations)
 
 
 def fake_roll(sides, load, table, ics, _):

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from compare.pages.shift_figures import OF_ROLLING, difference, difference_estimate
 from femic.contact.estimates import from_grids
 from femic.contact.exact.creepage_coefficients import creepage_coefficients
 from femic.contact.exact.hertz import PointContact, combined_modulus
@@ -278,6 +279,20 @@ def test_finer_elements_change_creep_forces_within_their_estimates():
             known = one[f"estimate_{name}"] + other[f"estimate_{name}"]
             assert np.isnan(known) or abs(one[name] - other[name]) <= known, name
     assert abs(coarse.xi_0 - fine.xi_0) <= coarse.estimate_xi_0 + fine.estimate_xi_0
+
+
+def test_differences_of_creep_forces_on_finer_elements_are_within_their_estimates():
+    """Of A and B-hat, at a given creepage; forces themselves are known ten times worse."""
+    motion = RollingTable(longitudinal=0.002, lateral=0.002)
+    coarse, fine = (
+        roll(sides(arcs_on_arcs("arcs"), 2.0, elements=elements), LOAD, motion, ("A", "Bhat"))
+        .expand_dims(shift=[2.0])
+        .assign_attrs(friction=motion.friction, load=LOAD)
+        for elements in (12, 24)
+    )
+    for quantity in OF_ROLLING:
+        own, finer = (difference(one, "A", quantity) for one in (coarse, fine))
+        assert np.all(abs(own - finer) <= difference_estimate(coarse, "A", quantity)), quantity.symbol
 
 
 def test_creepages_of_a_patch_are_those_of_its_circle_and_normal():

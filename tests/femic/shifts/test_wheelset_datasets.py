@@ -207,10 +207,10 @@ def test_the_track_of_a_measured_profile_is_asked_for_before_any_work(tmp_path):
 
 
 def test_a_rail_that_its_file_calls_canted_is_not_turned_once_more_without_a_word(tmp_path):
-    file = measured(tmp_path, "points - already canted", track=TRACK, wheelset=WHEELSET)
+    file = measured(tmp_path, 'points - already "canted"', track=TRACK, wheelset=WHEELSET)
     (said,) = compute.canted_rails(file)
-    assert said.startswith('rail, rail.txt: its file says "# points - already canted", and ')
-    assert "track.rail_inclination = 0.05 turns it once more" in said
+    assert said.startswith("The file rail.txt (key rail) says “points - already 'canted'”, but ")
+    assert "track.rail_inclination = 0.05 inclines its points once more." in said
     assert compute.canted_rails(measured(tmp_path, track=TRACK)) == ()
     inclined = measured(tmp_path, "already canted", track={"rail_inclination": 0.0})
     assert compute.canted_rails(inclined) == ()
