@@ -211,7 +211,7 @@ def stored_solution(scene: Scene, contacts: xr.Dataset, store: Store) -> Further
         FE,
         Folded(
             "Comparison with contact by finite elements (FE), without ICs",
-            [summary(fe_contacts), *details(fe_contacts), chart],
+            [summary(fe_contacts), *doubts(fe_contacts), *details(fe_contacts), chart],
         ),
         {number: with_fe.isel(case=number) for number in map(int, np.flatnonzero(with_fe.a.notnull()))},
         "FE: the bodies have the same supports as with C. The estimated errors are the differences from "

@@ -3,6 +3,7 @@
 import json
 from types import MappingProxyType
 
+import numpy as np
 import pytest
 
 from compare.report.interactive import SHARED, as_json
@@ -23,7 +24,16 @@ def with_arrays(content):
         for key in SHARED:
             if isinstance(trace.get(key), int):
                 trace[key] = content["arrays"][trace[key]]
+        if "kinds" in trace:
+            names = [*trace["kinds"], ""]  # the last of what is unknown
+            trace["text"] = [[names[-1 if kind is None else kind] for kind in row] for row in trace["z"]]
     return content
+
+
+def require_map(shown, expected):
+    """Values of a map are those expected, to a thousandth of their range or of the largest one."""
+    largest = max(float(np.nanmax(np.abs(expected))) / 10, float(np.nanmax(expected) - np.nanmin(expected)))
+    np.testing.assert_allclose(shown, expected, rtol=0, atol=1e-3 * largest)
 
 
 def read_traces(cell):

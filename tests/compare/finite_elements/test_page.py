@@ -140,7 +140,7 @@ def test_charts_have_pressures_at_the_nodes_of_finite_elements_and_deviations_ov
 
 def test_page_has_figures_the_balance_of_forces_and_which_compliance_approaches_contain(dataset, path):
     page = path.read_text(encoding="utf-8")
-    assert page.count("data:image/svg+xml;base64,") == 3 + 1  # pressures of each load, further numbers
+    assert page.count('id="chart-') == 2  # pressures of each load, further numbers
     for text in ("+20.00%", "exclude the rigid part M_zz", "M_zz = 1e-07 mm/N"):
         assert text in page
     assert xr.open_dataset(path.with_suffix(".nc")).attrs["title"] == "a title"
@@ -166,7 +166,7 @@ def test_load_without_solution_by_finite_elements_is_reported_and_drawn_without_
     assert answer_chart(some).first == 1
     assert drawn(some, 1)["A"]["x"] == ANGLES[:2]
     page = write_fe_contact(some.assign_attrs(left_out="100000 N: too much"), tmp_path)
-    assert page.read_text(encoding="utf-8").count("data:image/svg+xml;base64,") == 3 + 1
+    assert page.read_text(encoding="utf-8").count('id="chart-') == 2
 
 
 @pytest.mark.slow

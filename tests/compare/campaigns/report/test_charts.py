@@ -17,6 +17,7 @@ from tests.compare.campaigns.report.datasets import (
     values_of,
     with_failures,
 )
+from tests.compare.pages import require_map
 
 
 def curve_of(cell, label):
@@ -32,8 +33,8 @@ def test_maps_have_the_errors_of_each_ics_and_lines_where_these_cross_levels(gri
     assert chart["labels"][chart["start"]] == "B̂"
     for variant, (nn, sn) in zip(("A", "Bhat"), chart["steps"], strict=True):
         expected = 100 * error(variant, FLANKS[:, None], RATIOS)
-        np.testing.assert_allclose(values_of(sn), expected, rtol=1e-5)
-        np.testing.assert_allclose(values_of(nn), expected / 10, rtol=1e-5)
+        require_map(values_of(sn), expected)
+        require_map(values_of(nn), expected / 10)
         np.testing.assert_allclose(sn["traces"][0]["x"], FLANKS)
         assert (
             sn["traces"][0]["hovertemplate"]
@@ -90,7 +91,7 @@ def test_a_slider_moves_along_the_third_axis_and_begins_with_the_worst(grid, thi
     for chart, variant in ((closest, "Bhat"), (other, "A")):
         of_first = 100 * error(variant, FLANKS[:, None], RATIOS)
         for factor, (_, sn) in zip([factors[-1], *factors], chart["steps"], strict=True):
-            np.testing.assert_allclose(values_of(sn), factor * of_first, rtol=1e-5)
+            require_map(values_of(sn), factor * of_first)
 
 
 def test_curves_have_the_errors_and_their_estimates(curve):
@@ -132,13 +133,13 @@ def test_deviations_have_symmetric_colours_and_values_their_units(grid):
     page = charts(keeping(grid, "contact", values, ics=["A", "Bhat", "C"]))
     (of_a,), (of_bhat,) = page["contact"]["steps"]
     reference = p_max[..., 2]
-    np.testing.assert_allclose(values_of(of_a), 8000 / reference, rtol=1e-5)
-    np.testing.assert_allclose(values_of(of_bhat), -800 / reference, rtol=1e-5)
+    require_map(values_of(of_a), 8000 / reference)
+    require_map(values_of(of_bhat), -800 / reference)
     for cell in (of_a, of_bhat):
         largest = pytest.approx(float(np.max(8000 / reference)))
         assert (-cell["traces"][0]["zmin"], cell["traces"][0]["zmax"]) == (largest, largest)
     ((with_c,),) = page["reference"]["steps"]
-    np.testing.assert_allclose(values_of(with_c), reference)
+    require_map(values_of(with_c), reference)
     assert with_c["title"] == "p_max [MPa]"
     assert with_c["traces"][0]["hovertemplate"].endswith("%{z:.4g} MPa<extra></extra>")
 
