@@ -174,7 +174,9 @@ def test_maps_are_the_matrix_of_the_file(solved, matrix, made):
             ic = per_load.ic.sel(body="combined", i=component[0], j=component[1])
             cells = content["steps"][content["labels"].index(component)]
             shown = next(cell for cell in cells if cell["title"] == "C")["traces"][0]
-            np.testing.assert_allclose(shown["customdata"], ic.T, rtol=0, atol=1e-3 * float(np.ptp(ic.values)))
+            np.testing.assert_allclose(
+                shown["customdata"], ic.T, rtol=0, atol=1e-3 * float(np.ptp(ic.values))
+            )
             np.testing.assert_allclose(shown["x"], file.lag, rtol=1e-5)
             np.testing.assert_allclose(shown["y"], file.observed, rtol=1e-5)
 
