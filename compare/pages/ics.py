@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from compare.report.charts import Chart, Curve, Panel, mark_points, simple_chart
+from compare.report.charts import MOST_MARKERS, Chart, Curve, Panel, mark_points, simple_chart
 from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, VANISHING, error_row, percent
 from compare.report.looks import Look, drawing_order, ics_looks, ics_symbol
 from compare.report.parts import Block, Folded, Note, Page, Picture, Section, Verbatim, join_words
@@ -642,8 +642,11 @@ def _panel(title: str, parts: Mapping[str, xr.Dataset], looks: Mapping[tuple[str
 def visible_points(part: xr.Dataset, resolution: float) -> list[int]:
     """Return the points of ICs of `along_line` between which straight lines replace all curves and bands.
 
-    They are chosen as by Douglas and Peucker, for all curves together, to a resolution of the ordinates.
+    They are chosen as by Douglas and Peucker, for all curves together, to a resolution of ordinates. Where
+    each point has a marker, all of them are.
     """
+    if part.sizes["point"] <= MOST_MARKERS:
+        return list(range(part.sizes["point"]))
     at, ic = part["at"].values, part.ic.transpose("variant", "point").values
     bands = [part[name].values for name in ESTIMATES.values() if name in part]
     drawn = np.nan_to_num(np.vstack([ic, *bands]))

@@ -39,7 +39,7 @@ def contact(
     ] = None,
     tolerance: Annotated[
         float | None,
-        Parameter(help="largest relative error of ICs that suffice; default: ics_tolerance of the scene"),
+        Parameter(help="largest accepted error of ICs, such as 0.02; default: ics_tolerance of the scene"),
     ] = None,
     work: Work = DEFAULT_WORK,
 ) -> None:

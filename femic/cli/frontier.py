@@ -100,7 +100,7 @@ def advise(
     ] = False,
     tolerance: Annotated[
         float | None,
-        Parameter(help="largest relative error; default: ics_tolerance of the scene"),
+        Parameter(help="largest accepted error of ICs, such as 0.02; default: ics_tolerance of the scene"),
     ] = None,
     budget: Budget = 600.0,
     work: Work = DEFAULT_WORK,

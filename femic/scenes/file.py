@@ -60,9 +60,9 @@ class SceneFile(SceneTable):
     )
     ics_tolerance: Annotated[float, Field(gt=0, le=1)] = Field(
         0.02,
-        description="tolerance for the ICs, relative to the component, or to the number wanted. The pages "
-        "of femic contact say which ICs are within it, for creep forces relative to friction times load, "
-        "for sliding areas to the contact area; ics = 'auto' chooses by it",
+        description="largest accepted error of ICs, relative to the component or the number. Pages say "
+        "which ICs are within it (femic contact: creep forces relative to friction times load, sliding "
+        "areas to the contact area); ics = 'auto' chooses by it",
     )
     want: Several[str] = Field(
         (),

@@ -106,7 +106,7 @@ RUNS_OFF = Y * (1 - (Y / 5) ** 2)  # beyond 5 mm
         (Y, -beside_a_plateau(Y), 1.0, Failure, "does not increase through 0"),  # nor a plateau to stay at
         (Y, 0 * Y, 9.1, Failure, "the largest amplitude is 9 mm"),
         (Y, Y, 0.0, WrongInput, "amplitude"),
-        (Y[::-1], Y, 1.0, WrongInput, "grow"),
+        (Y[::-1], Y, 1.0, WrongInput, "increase"),
         (Y, Y[:-1], 1.0, WrongInput, "shapes"),
     ],
 )

@@ -38,11 +38,13 @@ def test_maps_have_the_errors_of_each_ics_and_lines_where_these_cross_levels(gri
         np.testing.assert_allclose(sn["traces"][0]["x"], FLANKS)
         assert (
             sn["traces"][0]["hovertemplate"]
-            == "flank %{x:.4~g}, ratio %{y:.4~g}: %{customdata:.4g} %<extra></extra>"
+            == "flank %{x:.4~g}, ratio %{y:.4~g}: %{customdata:.4~g} %<extra></extra>"
         )
     (line,) = curve_of(chart["steps"][0][1], "5 %")
     ends = dict(zip(line["y"], line["x"], strict=True))
-    assert ends[RATIOS[0]] == pytest.approx(crossing("A", 0.05, RATIOS[0]), rel=1e-5)  # JSON has six digits
+    assert ends[RATIOS[0]] == pytest.approx(crossing("A", 0.05, RATIOS[0]), rel=1e-4)  # four digits of a range
+        crossing("A", 0.05, RATIOS[0]), rel=1e-4
+    )  # a page has four digits of a range
 
 
 @pytest.mark.parametrize(("level", "step"), [(0.01, 0), (0.05, 2), (0.1, 3)])
@@ -123,7 +125,7 @@ def test_random_points_are_drawn_over_each_axis_by_component(samples):
     for cell, axis in zip(chart["steps"][1], ("flank", "ratio"), strict=True):
         (points,) = curve_of(cell, "B̂")
         assert points["mode"] == "markers"
-        np.testing.assert_allclose(points["x"], samples[axis], rtol=1e-5)
+        np.testing.assert_allclose(points["x"], samples[axis], atol=1e-4 * float(np.ptp(samples[axis])))
         np.testing.assert_allclose(points["y"], expected, rtol=1e-5)
 
 
@@ -141,7 +143,7 @@ def test_deviations_have_symmetric_colours_and_values_their_units(grid):
     ((with_c,),) = page["reference"]["steps"]
     require_map(values_of(with_c), reference)
     assert with_c["title"] == "p_max [MPa]"
-    assert with_c["traces"][0]["hovertemplate"].endswith("%{z:.4g} MPa<extra></extra>")
+    assert with_c["traces"][0]["hovertemplate"].endswith("%{z:.4~g} MPa<extra></extra>")
 
 
 def test_a_number_that_is_not_known_anywhere_has_an_empty_map(grid):
