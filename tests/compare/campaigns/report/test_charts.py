@@ -42,9 +42,8 @@ def test_maps_have_the_errors_of_each_ics_and_lines_where_these_cross_levels(gri
         )
     (line,) = curve_of(chart["steps"][0][1], "5 %")
     ends = dict(zip(line["y"], line["x"], strict=True))
-    assert ends[RATIOS[0]] == pytest.approx(crossing("A", 0.05, RATIOS[0]), rel=1e-4)  # four digits of a range
-        crossing("A", 0.05, RATIOS[0]), rel=1e-4
-    )  # a page has four digits of a range
+    at = crossing("A", 0.05, RATIOS[0])
+    assert ends[RATIOS[0]] == pytest.approx(at, rel=1e-4)  # four digits of a range
 
 
 @pytest.mark.parametrize(("level", "step"), [(0.01, 0), (0.05, 2), (0.1, 3)])
@@ -125,7 +124,9 @@ def test_random_points_are_drawn_over_each_axis_by_component(samples):
     for cell, axis in zip(chart["steps"][1], ("flank", "ratio"), strict=True):
         (points,) = curve_of(cell, "B̂")
         assert points["mode"] == "markers"
-        np.testing.assert_allclose(points["x"], samples[axis], atol=1e-4 * float(np.ptp(samples[axis])))
+        np.testing.assert_allclose(
+            points["x"], samples[axis], atol=1e-4 * float(np.ptp(samples[axis].values))
+        )
         np.testing.assert_allclose(points["y"], expected, rtol=1e-5)
 
 
