@@ -50,6 +50,13 @@ def anchors(page):
     return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
+@pytest.mark.parametrize("page", PAGES)
+def test_no_page_has_marks_of_a_merge(page):
+    assert not re.search(
+        r"^(<<<<<<<|=======|>>>>>>>)( |$)", (ROOT / page).read_text("utf-8"), flags=re.MULTILINE
+    )
+
+
 def resolves(name):
     """Whether a dotted name is a module or an attribute that can be imported."""
     try:

@@ -13,7 +13,6 @@ from matplotlib.lines import Line2D
 from compare.report.charts import Curve, Panel, simple_chart
 from compare.report.looks import OWN, Look, ics_symbol
 from compare.report.static import RC, draw_panel, line_style
-from compare.studies.validity_limits import HALF
 
 SHOWN = 0.05  # the tolerance whose crossings the figure marks
 OF_RATIOS = {1.01: "#440154", 1.02: "#3b528b", 1.05: "#21918c", 1.1: "#5ec962", 1.25: "#e0b000"}
@@ -61,8 +60,8 @@ def draw(values: Mapping[str, Any]) -> Figure:
             levels=levels,
         )
         for number, title in (
-            ("half", "F_x where it is half of friction × load with C"),
-            ("free", "F_x at free rolling with C"),
+            ("half", "F_x at half the friction limit"),
+            ("free", "F_x at free rolling"),
         )
     ]
     looks = {ics_symbol(ics): replace(OWN[ics], dash="solid", marker="") for ics in WITH_FRICTION}
@@ -124,8 +123,8 @@ PRESSURES = (
     Wanted("approach to 5 %", "approach", 0.05),
 )
 FORCES = (
-    Wanted("F_x to 5 %, where it is half of friction × load", "half", 0.025),
-    Wanted("F_x to 10 %, where it is half of friction × load", "half", 0.05),
+    Wanted("F_x to 2.5 % of friction × load, at half the friction limit", "half", 0.025),
+    Wanted("F_x to 5 % of friction × load, at half the friction limit", "half", 0.05),
     Wanted("F_x to 5 % of friction × load, at free rolling", "free", 0.05),
 )
 
@@ -199,18 +198,13 @@ def nearest(values: Mapping[str, Any], name: str, key: str, place: float) -> dic
 def force_rows(values: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return the rows of the tables of F_x, by pair and friction, one text for each of the ICs.
 
-    Where errors reach two tolerances, and the errors at the largest load; of F_x itself where that is half of
-    friction times load.
+    Where errors reach two tolerances, and the errors at the largest load, as shares of friction times load.
     """
     rows = []
     for name, pair in values["rolling"].items():
         for friction, of in pair["frictions"].items():
             at = nearest(values, f"{name} {friction}", "angles", 180.0)
-            errors = [
-                {key: factor * value for key, value in at["errors"][ics][number].items()}
-                for number, factor in (("half", 1 / HALF), ("free", 1.0))
-                for ics in FORCE_ICS
-            ]
+            errors = [at["errors"][ics][number] for number in ("half", "free") for ics in FORCE_ICS]
             rows.append(
                 {
                     "name": f"{pair['short']}, {friction}",
@@ -247,14 +241,10 @@ def readme_table(values: Mapping[str, Any]) -> str:
         at = nearest(values, name, key, place)
         of = [at["errors"][ics]["p_max"] for ics in ("A", "Bhat")]
         lines.append(_readme_row(f"p_max, {at['title']}, {kilonewton(at['load'])}", at["angle"], of, None))
-    half, free = "where it is half of friction × load", "in % of friction × load, at free rolling"
+    half, free = "at half the friction limit", "at free rolling"
     for pair, number, where in ((DRAWN, "half", half), (DRAWN, "free", free), (LOOSEST, "half", half)):
         at = nearest(values, f"{pair} 0.4", "angles", 180.0)
-        factor = 1 / HALF if number == "half" else 1.0
-        of = [
-            {key: factor * value for key, value in at["errors"][ics][number].items()}
-            for ics in ("A", "Bhat", "Bhat_prime")
-        ]
+        of = [at["errors"][ics][number] for ics in ("A", "Bhat", "Bhat_prime")]
         text = f"F_x, {values['rolling'][pair]['short']}, {where}"
         lines.append(_readme_row(text, at["angle"], of[:2], of[2]))
     return "\n".join(lines)

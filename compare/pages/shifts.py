@@ -160,7 +160,7 @@ NUMBER = re.compile(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
 
 
 def doubts(dataset: xr.Dataset) -> list[str]:
-    """Return what may be wrong: assumed values, missing contacts with their reasons, unusual contacts."""
+    """Return what may be wrong: assumed values, the reference, missing and unusual contacts."""
     refused, idle, unusual = (
         json.loads(dataset.attrs.get(name, "{}")) for name in ("refused", "not_rolling", "unusual")
     )
@@ -168,9 +168,15 @@ def doubts(dataset: xr.Dataset) -> list[str]:
         int(dataset.p_max.isnull().all("ics").sum()),
         dataset.sizes["shift"] * dataset.sizes["side"],
     )
+    references = [str(name) for name in np.unique(figures.reference_names(dataset, "p_max")) if name]
+    approximate = (
+        "C was not computed (contact.c_above_deg). The reference is "
+        f"{join_words(map(ics_symbol, references))}, an approximation."
+    )
     gaps = f"The curves have gaps. Contacts without a solution: {missing} of {most}."
     return [
         *json.loads(dataset.attrs["doubts"]),
+        *([] if "C" in references else [approximate]),
         *([gaps] if missing else []),
         *_by_text("Not solved at ", refused),
         *_by_text("Not solved with friction at ", idle),
