@@ -39,7 +39,10 @@ NOTE = (
     "curve with {0}”: bars are the estimated errors of the differences, dotted lines the tolerance, key "
     "ics_tolerance of the scene."
 )
-PRESSED = "F_x exceeds friction × load at some creepages, because the flanks also press on each other."
+PRESSED = (
+    "F_x exceeds friction × load at some creepages: the pressures on inclined flanks add up to more than the "
+    "load."
+)
 LIMIT = Look("#808080", "solid", width=1)
 ACROSS = "creepage [%]"
 
