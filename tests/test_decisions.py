@@ -81,11 +81,11 @@ def test_each_crossing_of_the_page_is_between_errors_within_and_beyond_its_toler
             assert abs(found["at"]["error"]) == pytest.approx(tolerance, rel=0.15)
 
 
-def test_errors_of_the_readme_are_those_of_the_page_and_forces_are_shares_of_themselves():
+def test_errors_of_the_readme_are_those_of_the_page_and_forces_are_shares_of_friction_times_load():
     rows = [row.split(" | ") for row in decision_page.readme_table(NUMBERS).splitlines()[2:]]
     at = decision_page.nearest(NUMBERS, "rolling 0.4", "angles", 180.0)["errors"]["A"]
     half, free = (row for row in rows if row[0].startswith("| F_x, `rolling`, "))
-    assert half[2] == f"{200 * at['half']['error']:+.1f} %".replace("-", "−")
+    assert half[2] == f"{100 * at['half']['error']:+.1f} %".replace("-", "−")
     assert free[2] == f"{100 * at['free']['error']:+.1f} %".replace("-", "−")
     largest = decision_page.nearest(NUMBERS, "tall", "loads", 310e3)["errors"]["Bhat"]["p_max"]["error"]
     assert any(row[3] == f"{100 * largest:+.1f} %" for row in rows)
@@ -121,9 +121,8 @@ def test_rows_of_forces_name_their_pair_and_its_own_errors(two_rolling_pairs):
     rolling, another = (errors["A"]["half"]["error"] for errors in solved)
     assert another == pytest.approx(rolling / 2)
     (row,) = (row for row in rows if row.startswith("| another, ") and "°, 0.4 |" in row)
-    of_itself = 200 * another  # %: F_x is half of friction times load
-    assert row.split(" | ")[1] == f"{of_itself:+.1f}".replace("-", "−")
-    assert "of 2 wheels on one rail" in text
+    assert row.split(" | ")[1] == f"{100 * another:+.1f}".replace("-", "−")  # % of friction times load
+    assert "cover 2 wheels on one rail" in text
 
 
 def test_the_reach_of_forces_is_over_all_pairs_that_roll(two_rolling_pairs):
