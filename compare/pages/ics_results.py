@@ -52,7 +52,7 @@ def run_scene(scene: Scene, out: Path, options: RunOptions = DEFAULT) -> Path:
         data.write_curves(ics, scene.components, out)
         write_text(scene.text, out / "scene.toml")
         shown = SceneICs(ics, errors)
-        drawn = list(pictures(results, folders.make(out / "figures")))
+        drawn = list(pictures(results, out / "figures"))
         page = pages.page(scene.title, {scene.name: shown}, pages.details(shown, drawn))
         path = write_page(page, out / "report.html")
         if scene.fields:

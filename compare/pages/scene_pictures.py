@@ -13,6 +13,7 @@ from skfem import MeshTri
 from compare.report import views
 from compare.report.parts import Picture
 from compare.report.static import RC
+from femic.cache import folders
 from femic.results.ics import Results
 from femic.scenes.scene import Scene
 from geometries.arrays import Array, Indices
@@ -28,7 +29,7 @@ HALF_WINDOW = 1.4  # half-width of the zoomed section, over the largest |s| of t
 
 
 def pictures(results: Results, folder: Path) -> Iterator[Picture]:
-    """Yield the sections of a scene, and the meshes of its solved bodies; those in 3D go into a folder."""
+    """Yield the sections of a scene, and the meshes of its solved bodies, in a folder made for those in 3D."""
     scene = results.scene
     yield Picture("sections", sections(scene))
     for body, reference in results.references.items():
@@ -44,7 +45,7 @@ def pictures(results: Results, folder: Path) -> Iterator[Picture]:
         solid = engine.mesh(job.request(results.references[body].level))
         side = -1 if solid.half_section and job.patch.s < 0 else 1  # a half section models s >= 0 only
         if in_3d:
-            path = folder / f"mesh_{body}.png"
+            path = folders.make(folder) / f"mesh_{body}.png"
             patch = job.body.surface.position(0.0, side * job.patch.s)
             vertices, title = (
                 solid.nodes[:, : solid.n_vertices],

@@ -14,6 +14,7 @@ from jinja2.utils import htmlsafe_json_dumps
 from markupsafe import Markup
 
 from compare.report.charts import Chart, Contours, Curve, Map, Panel, Surface
+from compare.report.thinning import thin
 from geometries.arrays import Array
 
 Trace = dict[str, Any]  # a trace of Plotly
@@ -330,7 +331,9 @@ def _contours(drawn: Contours) -> dict[str, Any]:
         generator = contour_generator(across, up, np.ma.masked_invalid(field), fill_type=FillType.OuterOffset)
         for level, colour in zip(levels[:-1], colours, strict=True):
             edges = [
-                np.append(_thinned(part, tolerance).round(digits), [[np.nan, np.nan]], axis=0)
+                np.append(
+                    np.stack(thin(*part.T, tolerance), axis=1).round(digits), [[np.nan, np.nan]], axis=0
+                )
                 for polygon, offsets in zip(*generator.filled(level, np.inf), strict=True)
                 for part in np.split(polygon, offsets[1:-1])
             ]
@@ -365,17 +368,6 @@ def _contours(drawn: Contours) -> dict[str, Any]:
         "hovermode": "closest",
     }
     return {"title": drawn.title, "traces": traces + outlines, "layout": layout}
-
-
-def _thinned(line: Array, tolerance: float) -> Array:
-    """Return points (n, 2) without those that lie on the line between their neighbours, to a tolerance."""
-    for first in (1, 2, 1, 2):  # each second point, so that neighbours stay
-        before, at, after = line[first - 1 : -2 : 2], line[first:-1:2], line[first + 1 :: 2]
-        chord = after - before
-        across = np.abs(chord[:, 0] * (at - before)[:, 1] - chord[:, 1] * (at - before)[:, 0])
-        straight = across <= tolerance * np.hypot(*chord.T)
-        line = np.delete(line, first + 2 * np.flatnonzero(straight), axis=0)
-    return line
 
 
 def _colours(values: Array) -> Any:

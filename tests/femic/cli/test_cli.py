@@ -78,6 +78,7 @@ def test_harmonic_run_solves_no_3d_model_and_reports_wavenumbers(write_scene, tm
     assert "infinite along x" in html
     assert "wavenumbers" in html
     assert 'alt="mesh_lower"' in html
+    assert not (out / "figures").exists()  # nothing was asked for
 
 
 def test_wrong_input_exits_with_2_and_writes_nothing(write_scene, tmp_path, capsys):
