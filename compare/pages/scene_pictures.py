@@ -29,7 +29,7 @@ HALF_WINDOW = 1.4  # half-width of the zoomed section, over the largest |s| of t
 
 
 def pictures(results: Results, folder: Path) -> Iterator[Picture]:
-    """Yield the sections of a scene, and the meshes of its solved bodies, in a folder made for those in 3D."""
+    """Yield the sections of a scene, and the meshes of its solved bodies, in a folder for those in 3D."""
     scene = results.scene
     yield Picture("sections", sections(scene))
     for body, reference in results.references.items():
