@@ -332,7 +332,9 @@ def _contours(drawn: Contours) -> dict[str, Any]:
         for level, colour in zip(levels[:-1], colours, strict=True):
             edges = [
                 np.append(
-                    np.stack(thin(*part.T, tolerance), axis=1).round(digits), [[np.nan, np.nan]], axis=0
+                    np.stack(thin(part[:, 0], part[:, 1], tolerance), axis=1).round(digits),
+                    [[np.nan, np.nan]],
+                    axis=0,
                 )
                 for polygon, offsets in zip(*generator.filled(level, np.inf), strict=True)
                 for part in np.split(polygon, offsets[1:-1])
