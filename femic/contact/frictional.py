@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from femic.contact import coupled
+from femic.contact import compiled, coupled
 from femic.contact.coupled import Coupled, Guess, State
 from femic.contact.estimates import SlipState
 from femic.contact.friction import coulomb
@@ -176,6 +176,8 @@ class _Solution:
 
     def from_start(self, start: FrictionalContact | None) -> FrictionalContact:
         """Return the contact, from one to begin with, or from those on coarser grids."""
+        if contact := self.by_compiled(start):
+            return contact
         if start is not None:
             same = len(start.amplitudes) == len(self.motion.free)
             amplitudes = start.amplitudes if same else np.zeros(len(self.motion.free))
@@ -187,6 +189,28 @@ class _Solution:
         p = coarser.p.repeat(2, axis=0).repeat(2, axis=1)
         contact = self.robustly(Guess(p, coarser.amplitudes, coarser.approach))
         return replace(contact, coarser=coarser)
+
+    def by_compiled(self, start: FrictionalContact | None) -> FrictionalContact | None:
+        """Return the contact on a small grid by compiled loops, None where these do not find it."""
+        problem, motion, begin = self.problem, self.motion, None
+        bodies = compiled.small_bodies(problem.operator, problem.flat, problem.distance.shape)
+        if bodies is None:
+            return None
+        if start is not None and np.any(start.in_contact):
+            same = len(start.amplitudes) == len(motion.free)
+            begin = start.p, start.amplitudes if same else np.zeros(len(motion.free)), start.approach
+        surfaces = compiled.Surfaces(
+            problem.distance, problem.inclination, problem.coefficients, problem.grid.area
+        )
+        found = compiled.solve_frictional(bodies, surfaces, motion, self.loading, self.tolerance, begin)
+        if found is None or self.share_of_pressures(found.p) < LEAST_PRESSED:
+            return None
+        gap = found.u[..., N] + problem.distance - found.approach * np.cos(problem.inclination)
+        gap = np.where(found.p[..., N] > 0, 0.0, gap)
+        tangential = Tangential(
+            found.p[..., :N], motion.at_elements(found.slip), found.stick, found.amplitudes
+        )
+        return FrictionalContact(problem, motion, found.p, found.u, gap, found.approach, tangential, turns=0)
 
     def coarser(self) -> FrictionalContact | None:
         """Return the contact on elements twice as large, None where it has no solution or is not possible."""

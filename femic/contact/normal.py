@@ -18,6 +18,7 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, cg
 
+from femic.contact.compiled import Bodies, small_bodies, solve_normal
 from femic.contact.estimates import SlipState
 from femic.contact.loading import Loading
 from femic.contact.operators.convolution import Convolution
@@ -198,6 +199,11 @@ class NormalProblem:
         )
 
     @property
+    def small(self) -> Bodies | None:
+        """The ICs for compiled loops, None if the grid is large."""
+        return small_bodies(self.operator, self.flat, self.distance.shape)
+
+    @property
     def bounded(self) -> Bounded:
         """The problem in terms of pressures alone."""
 
@@ -222,12 +228,23 @@ class NormalProblem:
 class NormalContact:
     """Pressures [MPa] and gaps [mm] of a contact, (n_x, n_s), and what follows from them.
 
-    `coarser` is the same contact on elements twice as large, None where the grid is too small for that.
+    `begun_on` is the same contact on elements twice as large if the solution began there; otherwise `loading`
+    and `tolerance` say how it is found when it is asked for (`coarser`).
     """
 
     problem: NormalProblem
     solution: PressureSolution
-    coarser: "NormalContact | None"
+    begun_on: "NormalContact | None"
+    loading: Loading | None = None
+    tolerance: float = TOLERANCE
+
+    @cached_property
+    def coarser(self) -> "NormalContact | None":
+        """The same contact on elements twice as large, None where the grid is too small for that."""
+        if self.begun_on is not None or self.loading is None or not self.problem.has_coarser:
+            return self.begun_on
+        start = block_mean(self.p)
+        return _solve_from_coarser(self.problem.coarsened, self.loading, start, self.tolerance)
 
     @property
     def p(self) -> Array:
@@ -337,12 +354,18 @@ def _solve_from_coarser(
     problem: NormalProblem, loading: Loading, start: Array | None, tolerance: float
 ) -> NormalContact:
     coarser, load = None, loading.load
+    load = None if load is None else load / problem.grid.area
+    if problem.small is not None:
+        found = solve_normal(
+            problem.small, problem.distance, problem.cosine, load, loading.approach, start, tolerance
+        )
+        if found is not None:
+            return NormalContact(problem, PressureSolution(*found), None, loading, tolerance)
     if problem.has_coarser:
         coarse_start = None if start is None else block_mean(start)
         coarser = _solve_from_coarser(problem.coarsened, loading, coarse_start, tolerance)
         if start is None:
             start = coarser.p.repeat(2, axis=0).repeat(2, axis=1)
-    load = None if load is None else load / problem.grid.area
     solution = pressures(
         problem.bounded, load=load, approach=loading.approach, start=start, tolerance=tolerance
     )

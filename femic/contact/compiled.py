@@ -1,0 +1,1084 @@
+"""Contacts on small grids by compiled loops: the equations of `normal` and `coupled`, for many quick contacts.
+
+On some hundreds of elements the time of the other solvers is that of Python between small products. Here the
+same methods run as machine code, which Numba compiles once for a computer: conjugate gradients for pressures
+(`femic.contact.normal`), then Newton's method for tangential tractions at these pressures, then Newton's
+method for all tractions (`femic.contact.coupled`, where the equations and their preconditioner are
+explained). Both Newton methods are one function, with pressures fixed or not. Each contact satisfies the same
+equations to the same tolerance as that of the other solvers, which stay for large grids and for contacts that
+are not found here.
+
+Products go wave by wave along x: an IC matrix is real between waves (`GridOperator`), and even and odd parts
+about the middle of the grid halve the transforms. Loads and displacements outside the strips in question are
+left out. Fields have the shape (direction, n_x, n_s). Strips of free elements lie one after the other in
+vectors.
+"""
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any, NamedTuple, TypeVar
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numba import njit
+from numpy.typing import DTypeLike, NDArray
+
+from femic.contact.friction.law import LOOSEST, MOST_VECTORS, SINGULAR, Strips
+from femic.contact.friction.motion import LEAST_PER_DEPTH, Motion, RollingStep, SteadyRolling
+from femic.contact.loading import Loading
+from femic.contact.operators.convolution import Convolution, Waves
+from femic.contact.operators.dense import GridOperator, strip_lags
+from geometries.arrays import Array, Mask
+from geometries.patches import N, S, X
+
+MOST_ELEMENTS = 64  # along x or s of grids that are small
+VANISHES = 1e-14  # size of a kernel over the largest one up to which it is zero by symmetry
+TANGENTIAL = (X, S)
+MOST_ITERATIONS = 200  # of conjugate gradients
+MOST_STEPS = 25  # of Newton's method
+MOST_IDLE_STEPS = 6  # in which the error does not fall below the least one before
+SHARPER = 0.1  # tolerance of errors and of the linear equations over that of the contact
+ROUGH = 1e-3  # tolerance of tangential tractions at pressures that they are going to change
+LEAST_PRESSURE = 1e-12  # of elements that join a contact, as a share of the largest
+DECREASE, LEAST_SHARE = 0.1, 0.05  # of the defect as a share of a step, and of a full step
+TINY = 1e-150
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def compiled(function: Function) -> Function:
+    """Compile a function when it is first called, and keep the machine code for later processes.
+
+    Sums may be reordered; infinite distances stay infinite.
+    """
+    reordered = {"reassoc", "contract", "arcp", "nsz"}
+    machine: Function = njit(cache=True, nogil=True, error_model="numpy", fastmath=reordered)(function)
+    return machine
+
+
+# --- what compiled functions work on ---
+
+# fields (n_x, n_s) of `Work.fields`, some of which have 2 or 3 directions
+P, U, BOUND, RATIO, SHARES, GAP, SLIP = 0, 3, 6, 7, 8, 10, 11
+DP, DU, DSLIP, ONE, MOVED, FIELDS = 13, 16, 19, 21, 24, 27
+# given fields: distance, cosine, friction, slip, slip per approach, then 5 of each mode: slip and weights
+H, COSINE, FRICTION, GIVEN, PER_APPROACH, MODES = 0, 1, 2, 3, 5, 7
+# numbers of free elements: slip at the centre and its derivative, the direction of tractions, what the law needs
+CENTRE, REST, HALF, TOWARDS, BY_SLIP, BY_BEHIND, DIRECTION, SHARE, STICK, NUMBERS = (
+    0,
+    2,
+    3,
+    4,
+    6,
+    8,
+    10,
+    12,
+    13,
+    14,
+)
+# whole numbers (n_x, n_s): the row that each element's tractions follow; whether pressures may change
+FOLLOWED, ACTIVE, WAS_ACTIVE = 0, 1, 2
+# lists: elements in contact and free ones by x and s, and where strips begin among the latter
+CONTACT_X, CONTACT_S, FREE_X, FREE_S, BEGINS = 0, 1, 2, 3, 4
+# vectors: residuals, approximate solution, residuals of the law, solution; then columns, basis, steps
+RESIDUAL, INVERSE, LAW, SOLUTION, COLUMNS = 0, 1, 2, 3, 4
+# settings: whole numbers, then sizes; and real ones
+K, BY_LOAD, STEADY, CENTRED, DEPTH, OPERATOR, STRIDE, RING, FIXED, A, M, FIRST, LAST, LOW, BEGIN, K_GIVEN = (
+    range(16)
+)
+COMPLIANCE, SCALE, BY_LENGTH = 0, 1, 2
+# small arrays (rows, k): amplitudes with the approach [mm] last, forces, targets; then matrices
+C, UNIT_FORCES, TARGETS, CAUSED, MATRICES = 0, 1, 2, 3, 4
+ALONE, ALONE_STRIDE = 10, 2  # place of kernels
+
+
+class Work(NamedTuple):
+    """A contact, and room to compute it in; the names above say what is where.
+
+    `kernels` (14, waves, loaded strip, observed strip) are ICs xx, xs, ... nn between waves along x, which are
+    real (`GridOperator`), then the inverse of half-spaces for pressures, and four that leave each strip alone.
+    For pressures alone there are nn and the inverse. `there` says which kernels do not vanish. `waves` (2, waves, half of n_x) are cosines and sines about the middle.
+    """
+
+    kernels: Array
+    there: NDArray[np.int64]
+    waves: Array
+    strips: NDArray[np.float32]  # (4, n_x, n_x), slip by a strip's own tractions, and behind elements
+    given: Array
+    settings: NDArray[np.int64]
+    numbers: Array
+    fields: Array
+    whole: NDArray[np.int64]
+    lists: NDArray[np.int64]
+    elements: Array
+    factors: NDArray[np.float32]  # (2, n_s, n_x, n_x)
+    pivots: NDArray[np.int64]  # (2, n_s, n_x)
+    vectors: Array
+    small: Array
+    krylov: Array  # Hessenberg matrix, then cosines, sines, right-hand side
+    halves: Array  # (12, half of n_x, n_s)
+    spectra: Array  # (8, n_s)
+
+
+# --- products, wave by wave ---
+
+
+@compiled
+def multiply(
+    w, source, target, place, stride, first_load, last_load, first, last, low, b0, b1, out_low, a0, a1
+):
+    """Write displacements to fields from `target` on, due to tractions in those from `source` on.
+
+    Directions from `first_load` on count, on strips from b0 on, and rows that are not beyond `low` at either end;
+    directions from `first` on are written, on strips from a0 on, and rows within `out_low`. The kernel from j to
+    i is at `place` + i * `stride` + j.
+    """
+    waves, half, n_x = w.waves.shape[1], w.waves.shape[2], w.fields.shape[1]
+    loaded, observed = b1 - b0, a1 - a0
+    for j in range(first_load, last_load):
+        for x in range(low, half):
+            here, beyond = w.fields[source + j, x][b0:b1], w.fields[source + j, n_x - 1 - x][b0:b1]
+            even, odd, once = w.halves[j, x], w.halves[3 + j, x], 0.5 if n_x - 1 - x == x else 1.0
+            for b in range(loaded):
+                even[b] = once * (here[b] + beyond[b])
+                odd[b] = here[b] - beyond[b]
+    for i in range(6 + first, 9 + last):
+        for x in range(out_low, half):
+            w.halves[i, x] = 0.0
+    moved_re, moved_im = w.spectra[6], w.spectra[7]
+    for wave in range(waves):
+        weight = (0.5 if wave == 0 or wave == waves - 1 else 1.0) / n_x
+        for j in range(first_load, last_load):
+            re, im = w.spectra[j], w.spectra[3 + j]
+            re[:] = 0.0
+            im[:] = 0.0
+            for x in range(low, half):
+                even, odd, cosine, sine = (
+                    w.halves[j, x],
+                    w.halves[3 + j, x],
+                    w.waves[0, wave, x],
+                    w.waves[1, wave, x],
+                )
+                for b in range(loaded):
+                    re[b] += cosine * even[b]
+                    im[b] -= sine * odd[b]
+        for i in range(first, last):
+            moved_re[:] = 0.0
+            moved_im[:] = 0.0
+            for j in range(first_load, last_load):
+                kernel = place + i * stride + j
+                if not w.there[kernel]:
+                    continue
+                turn = (1 if i == X else 0) - (1 if j == X else 0)  # times i, once or as its inverse
+                for b in range(loaded):
+                    row = w.kernels[kernel, wave, b0 + b][a0:a1]
+                    re, im = w.spectra[j, b], w.spectra[3 + j, b]
+                    if turn > 0:
+                        re, im = -im, re
+                    elif turn < 0:
+                        re, im = im, -re
+                    for a in range(observed):
+                        moved_re[a] += row[a] * re
+                        moved_im[a] += row[a] * im
+            for x in range(out_low, half):
+                even, odd = w.halves[6 + i, x], w.halves[9 + i, x]
+                cosine, sine = weight * w.waves[0, wave, x], weight * w.waves[1, wave, x]
+                for a in range(observed):
+                    even[a] += cosine * moved_re[a]
+                    odd[a] -= sine * moved_im[a]
+    for i in range(first, last):
+        for x in range(out_low, half):
+            even, odd = w.halves[6 + i, x], w.halves[9 + i, x]
+            here, beyond = w.fields[target + i, x][a0:a1], w.fields[target + i, n_x - 1 - x][a0:a1]
+            for a in range(observed):
+                beyond[a] = even[a] - odd[a]
+            for a in range(observed):
+                here[a] = even[a] + odd[a]
+
+
+# --- pressures ---
+
+
+@compiled
+def press(w, load, approach, tolerance):
+    """Find pressures, the field P + N, under a load, the sum of c p, or at an approach where the load is NaN.
+
+    The method and its steps are those of `femic.contact.normal.pressures`. The pressures to begin with are
+    those in the field. Returns approach, iterations, products, and the error, NaN where there is none.
+    """
+    fields, h, cosine = w.fields, w.given[H], w.given[COSINE]
+    p, u, gap, step, moved = fields[P + N], fields[U + N], fields[GAP], fields[DP + N], fields[DU + N]
+    residual, last_residual, z, last_z = fields[ONE + N], fields[DSLIP], fields[SLIP], fields[SLIP + 1]
+    inverse, by_cosine = fields[MOVED + N], fields[DSLIP + 1]
+    active, was_active = w.whole[ACTIVE], w.whole[WAS_ACTIVE]
+    n_x, n_s = h.shape
+    by_load, total, ring = not np.isnan(load), 0.0, w.settings[RING] - N
+    place, stride = w.settings[OPERATOR], w.settings[STRIDE]
+    for x in range(n_x):
+        for s in range(n_s):
+            p[x, s] = max(p[x, s], 0.0) if h[x, s] < np.inf else 0.0
+            total += p[x, s]
+            residual[x, s] = max(approach * cosine[x, s] - h[x, s], 0.0)
+            was_active[x, s] = 0
+            step[x, s] = 0.0
+    if total == 0.0:
+        if not by_load:
+            multiply(w, ONE, MOVED, ring, 0, N, N + 1, N, N + 1, 0, 0, n_s, 0, 0, n_s)
+        for x in range(n_x):
+            for s in range(n_s):
+                pressure = 1.0 if by_load else max(inverse[x, s], 0.0)
+                p[x, s] = pressure if h[x, s] < np.inf else 0.0
+    if by_load:
+        scale(w, load)
+    multiply(w, P, U, place, stride, N, N + 1, N, N + 1, 0, 0, n_s, 0, 0, n_s)
+    products, zeta = 1, approach
+    for iteration in range(MOST_ITERATIONS + 1):
+        if by_load:
+            above, below = 0.0, 0.0
+            for x in range(n_x):
+                for s in range(n_s):
+                    if p[x, s] > 0:
+                        above += cosine[x, s] * (u[x, s] + h[x, s])
+                        below += cosine[x, s] * cosine[x, s]
+            zeta = above / below
+        same, peak, largest = True, 0.0, 0.0
+        for x in range(n_x):
+            for s in range(n_s):
+                gap[x, s] = u[x, s] + h[x, s] - zeta * cosine[x, s]
+                is_active = 1 if h[x, s] < np.inf and (p[x, s] > 0 or gap[x, s] < 0) else 0
+                same = same and is_active == was_active[x, s]
+                active[x, s] = is_active
+                peak = max(peak, p[x, s])
+        share = 0.0
+        if by_load:  # directions do not change it
+            for x in range(n_x):
+                for s in range(n_s):
+                    residual[x, s] = cosine[x, s] if active[x, s] else 0.0
+            multiply(w, ONE, MOVED, ring, 0, N, N + 1, N, N + 1, 0, 0, n_s, 0, 0, n_s)
+            below = 0.0
+            for x in range(n_x):
+                for s in range(n_s):
+                    by_cosine[x, s] = inverse[x, s] if active[x, s] else 0.0
+                    below += residual[x, s] * by_cosine[x, s]
+            share = 1 / below
+        for x in range(n_x):
+            for s in range(n_s):
+                residual[x, s] = gap[x, s] if active[x, s] else 0.0
+        multiply(w, ONE, MOVED, ring, 0, N, N + 1, N, N + 1, 0, 0, n_s, 0, 0, n_s)
+        if by_load:
+            above = 0.0
+            for x in range(n_x):
+                for s in range(n_s):
+                    if active[x, s]:
+                        above += cosine[x, s] * inverse[x, s]
+            share *= above
+        above, below = 0.0, 0.0
+        for x in range(n_x):
+            for s in range(n_s):
+                value = 0.0
+                if active[x, s]:
+                    value = inverse[x, s] - (share * by_cosine[x, s] if by_load else 0.0)
+                above += value * (residual[x, s] - last_residual[x, s])
+                below += last_z[x, s] * last_residual[x, s]
+                largest = max(largest, abs(value))
+                z[x, s] = value
+        error = largest / peak if peak > 0 else (np.inf if largest > 0 else 0.0)
+        if error <= tolerance:
+            return zeta, iteration, products, error
+        beta = max(0.0, above / below) if same and iteration else 0.0
+        for x in range(n_x):
+            for s in range(n_s):
+                step[x, s] = z[x, s] + beta * step[x, s]
+                last_z[x, s] = z[x, s]
+                last_residual[x, s] = residual[x, s]
+                was_active[x, s] = active[x, s]
+        multiply(w, DP, DU, place, stride, N, N + 1, N, N + 1, 0, 0, n_s, 0, 0, n_s)
+        products += 1
+        along, curvature = 0.0, 0.0
+        for x in range(n_x):
+            for s in range(n_s):
+                along += residual[x, s] * step[x, s]
+                curvature += step[x, s] * moved[x, s]
+        if not curvature > 0:
+            return zeta, iteration, products, np.nan
+        is_negative = False
+        for x in range(n_x):
+            for s in range(n_s):
+                p[x, s] -= along / curvature * step[x, s]
+                u[x, s] -= along / curvature * moved[x, s]
+                is_negative = is_negative or p[x, s] < 0
+        if is_negative:
+            for x in range(n_x):
+                for s in range(n_s):
+                    p[x, s] = max(p[x, s], 0.0)
+            if by_load:
+                scale(w, load)
+            multiply(w, P, U, place, stride, N, N + 1, N, N + 1, 0, 0, n_s, 0, 0, n_s)
+            products += 1
+    return zeta, MOST_ITERATIONS, products, np.nan
+
+
+@compiled
+def scale(w, load):
+    """Give the pressures a load."""
+    p, cosine, total = w.fields[P + N], w.given[COSINE], 0.0
+    for x in range(p.shape[0]):
+        for s in range(p.shape[1]):
+            total += cosine[x, s] * p[x, s]
+    for x in range(p.shape[0]):
+        for s in range(p.shape[1]):
+            p[x, s] *= load / total
+
+
+# --- all tractions: the state ---
+
+
+@compiled
+def settle(w, fixed):
+    """Leave no negative pressures; list elements in contact and free ones; let followers follow."""
+    fields, bounds, ratios, lists, settings = w.fields, w.fields[BOUND], w.fields[RATIO], w.lists, w.settings
+    n_x, n_s = bounds.shape
+    a = m = 0
+    settings[FIRST], settings[LAST], settings[LOW] = n_s, 0, n_x
+    for s in range(n_s):
+        lists[BEGINS, s] = m
+        for x in range(n_x):
+            pressure = max(fields[P + N, x, s], 0.0) if w.given[H, x, s] < np.inf else 0.0
+            fields[P + N, x, s] = pressure
+            bounds[x, s] = w.given[FRICTION, x, s] * pressure
+            if pressure > 0:
+                lists[CONTACT_X, a], lists[CONTACT_S, a] = x, s
+                a += 1
+                settings[FIRST], settings[LAST] = min(s, settings[FIRST]), s + 1
+                settings[LOW] = min(settings[LOW], max(min(x, n_x - 1 - x) - 1, 0))  # with neighbours
+        end = 0
+        for x in range(n_x):
+            if x >= end:  # of a row in contact
+                end = x
+                while end < n_x and bounds[end, s] > 0:
+                    end += 1
+                following = min(settings[DEPTH], (end - x) // LEAST_PER_DEPTH)
+            followed, ratio = x, 0.0
+            if x < end:
+                followed = x - max(following - (end - 1 - x), 0)
+                ratio = bounds[x, s] / bounds[followed, s]
+                if followed == x:
+                    lists[FREE_X, m], lists[FREE_S, m] = x, s
+                    m += 1
+            w.whole[FOLLOWED, x, s], ratios[x, s] = followed, ratio
+            for t in range(2):
+                fields[P + t, x, s] = fields[P + t, followed, s] * ratio
+                fields[SHARES + t, x, s] = fields[P + t, x, s] / bounds[x, s] if ratio > 0 else 0.0
+    lists[BEGINS, n_s] = m
+    settings[FIXED], settings[A], settings[M], settings[BEGIN] = fixed, a, m, 0 if fixed else a
+    settings[K] = settings[K_GIVEN] - (1 if fixed and settings[BY_LOAD] else 0)
+
+
+@compiled
+def join(w):
+    """Let elements with overlap join the contact with little pressure; return whether there are any."""
+    n_x, n_s = w.given.shape[1], w.given.shape[2]
+    approach, largest, joins = w.small[C, w.small.shape[1] - 1], 0.0, False
+    for x in range(n_x):
+        for s in range(n_s):
+            largest = max(largest, w.fields[P + N, x, s])
+    for x in range(n_x):
+        for s in range(n_s):
+            gap = w.fields[U + N, x, s] + w.given[H, x, s] - approach * w.given[COSINE, x, s]
+            if gap < 0 and w.fields[P + N, x, s] <= 0:
+                w.fields[P + N, x, s], joins = LEAST_PRESSURE * largest, True
+    return joins
+
+
+@compiled
+def evaluate(w):
+    """Compute gaps, slip, the law, and all residuals; return the norm of the defects of law and forces."""
+    fields, given, elements, settings, small = w.fields, w.given, w.elements, w.settings, w.small
+    n_x, n_s = given.shape[1], given.shape[2]
+    a, m, k, begin = settings[A], settings[M], settings[K], settings[BEGIN]
+    first, last, low = settings[FIRST], settings[LAST], settings[LOW]
+    residual, slips, approach = w.vectors[RESIDUAL], fields[SLIP : SLIP + 2], small[C, small.shape[1] - 1]
+    modes = settings[K_GIVEN] - settings[BY_LOAD]
+    for t in range(2):
+        for x in range(n_x):
+            ahead = min(x + 1, n_x - 1)
+            for s in range(first, last):
+                slip = fields[U + t, x, s] - (fields[U + t, ahead, s] if settings[STEADY] else 0.0)
+                slip = slip * w.numbers[BY_LENGTH] + given[GIVEN + t, x, s]
+                slip += approach * given[PER_APPROACH + t, x, s]
+                for mode in range(modes):
+                    slip += small[C, mode] * given[MODES + 5 * mode + t, x, s]
+                slips[t, x, s] = slip
+    if begin:
+        for e in range(a):
+            x, s = w.lists[CONTACT_X, e], w.lists[CONTACT_S, e]
+            gap = fields[U + N, x, s] + given[H, x, s] - approach * given[COSINE, x, s]
+            residual[e] = gap / w.numbers[COMPLIANCE]
+    squares = 0.0
+    for e in range(m):
+        x, s = w.lists[FREE_X, e], w.lists[FREE_S, e]
+        elements[REST, e], weight, by_sizes, by_product = 1.0, 0.0, 0.0, 0.0
+        behind, length, length_behind, product = max(x - 1, 0), 0.0, 0.0, 0.0
+        for t in range(2):
+            length += slips[t, x, s] * slips[t, x, s]
+            length_behind += slips[t, behind, s] * slips[t, behind, s]
+            product += slips[t, x, s] * slips[t, behind, s]
+        length, length_behind = max(np.sqrt(length), TINY), max(np.sqrt(length_behind), TINY)
+        both = length + length_behind
+        if settings[CENTRED] and product > 0:
+            weight, by_product = 4 * product / (both * both), 4 / (both * both)
+            by_sizes = 2 * weight / both
+        elements[REST, e], elements[HALF, e] = 1 - weight / 2, weight / 2
+        bound, square = fields[BOUND, x, s], 0.0
+        for t in range(2):
+            here, there = slips[t, x, s], slips[t, behind, s]
+            elements[TOWARDS + t, e] = (there - here) / 2
+            elements[CENTRE + t, e] = here + weight * (there - here) / 2
+            elements[BY_SLIP + t, e] = by_product * there - by_sizes * here / length
+            elements[BY_BEHIND + t, e] = by_product * here - by_sizes * there / length_behind
+            trial = fields[P + t, x, s] - w.numbers[SCALE] * elements[CENTRE + t, e]
+            elements[DIRECTION + t, e] = trial
+            square += trial * trial
+        size = max(np.sqrt(square), TINY)
+        sticks, share = size <= bound, min(bound / size, 1.0)
+        elements[STICK, e], elements[SHARE, e] = 1.0 if sticks else 0.0, share
+        for t in range(2):
+            q = fields[P + t, x, s]
+            defect = q - share * elements[DIRECTION + t, e]
+            squares += defect * defect
+            elements[DIRECTION + t, e] /= size
+            slides = q - bound * elements[DIRECTION + t, e]
+            residual[begin + 2 * e + t] = w.numbers[SCALE] * slips[t, x, s] if sticks else slides
+    for other in range(k):
+        unit, force = 0.0, 0.0
+        for e in range(a):
+            x, s = w.lists[CONTACT_X, e], w.lists[CONTACT_S, e]
+            for i in range(3):
+                weight = given[MODES + 5 * other + 2 + i, x, s]
+                unit += abs(weight)
+                force += weight * fields[P + i, x, s]
+        small[UNIT_FORCES, other] = unit
+        missing = (force - small[TARGETS, other]) / unit
+        residual[begin + 2 * m + other] = missing
+        squares += missing * missing
+    return np.sqrt(squares)
+
+
+# --- the linear equations ---
+
+
+@compiled
+def spread(w, v):
+    """Write changes of all tractions, the fields DP, due to a vector of unknowns, and those of forces."""
+    fields, lists, settings = w.fields, w.lists, w.settings
+    a, m, begin = settings[A], settings[M], settings[BEGIN]
+    for e in range(a):
+        x, s = lists[CONTACT_X, e], lists[CONTACT_S, e]
+        fields[DP, x, s] = fields[DP + 1, x, s] = 0.0
+        fields[DP + N, x, s] = v[e] if begin else 0.0
+    for e in range(m):
+        x, s = lists[FREE_X, e], lists[FREE_S, e]
+        fields[DP, x, s], fields[DP + 1, x, s] = v[begin + 2 * e], v[begin + 2 * e + 1]
+    for e in range(a):
+        x, s = lists[CONTACT_X, e], lists[CONTACT_S, e]
+        followed, ratio = w.whole[FOLLOWED, x, s], fields[RATIO, x, s]
+        if followed != x and ratio > 0:
+            pressure = fields[DP + N, x, s] - ratio * fields[DP + N, followed, s]
+            bound = w.given[FRICTION, x, s] * pressure
+            for t in range(2):
+                own = fields[SHARES + t, x, s] * bound
+                fields[DP + t, x, s] = fields[DP + t, followed, s] * ratio + own
+    for other in range(settings[K]):
+        total = 0.0
+        for e in range(a):
+            x, s = lists[CONTACT_X, e], lists[CONTACT_S, e]
+            for i in range(3):
+                total += w.given[MODES + 5 * other + 2 + i, x, s] * fields[DP + i, x, s]
+        w.small[CAUSED, other] = total / w.small[UNIT_FORCES, other]
+
+
+@compiled
+def change_law(w, source, v, result):
+    """Write the changes of the law due to those of tractions in a vector, slip in two fields, pressures DP."""
+    fields, elements, settings, size = w.fields, w.elements, w.settings, w.numbers[SCALE]
+    begin = settings[BEGIN]
+    for e in range(settings[M]):
+        x, s = w.lists[FREE_X, e], w.lists[FREE_S, e]
+        slip0, slip1 = fields[source, x, s], fields[source + 1, x, s]
+        place = begin + 2 * e
+        if elements[STICK, e] > 0:
+            result[place], result[place + 1] = size * slip0, size * slip1
+            continue
+        centre0, centre1 = elements[REST, e] * slip0, elements[REST, e] * slip1
+        if settings[CENTRED]:
+            behind = max(x - 1, 0)
+            behind0, behind1 = fields[source, behind, s], fields[source + 1, behind, s]
+            weight = elements[BY_SLIP, e] * slip0 + elements[BY_SLIP + 1, e] * slip1
+            weight += elements[BY_BEHIND, e] * behind0 + elements[BY_BEHIND + 1, e] * behind1
+            centre0 += elements[HALF, e] * behind0 + weight * elements[TOWARDS, e]
+            centre1 += elements[HALF, e] * behind1 + weight * elements[TOWARDS + 1, e]
+        trial0, trial1 = v[place] - size * centre0, v[place + 1] - size * centre1
+        d0, d1, share = elements[DIRECTION, e], elements[DIRECTION + 1, e], elements[SHARE, e]
+        along = d0 * trial0 + d1 * trial1
+        bound = w.given[FRICTION, x, s] * fields[DP + N, x, s] if begin else 0.0
+        result[place] = v[place] - share * (trial0 - along * d0) - bound * d0
+        result[place + 1] = v[place + 1] - share * (trial1 - along * d1) - bound * d1
+
+
+@compiled
+def derive(w, v, result):
+    """Write the change of residuals due to unknowns."""
+    fields, given, settings = w.fields, w.given, w.settings
+    a, m, k, begin = settings[A], settings[M], settings[K], settings[BEGIN]
+    first, last, low = settings[FIRST], settings[LAST], settings[LOW]
+    spread(w, v)
+    directions = 3 if begin else 2
+    place, stride = settings[OPERATOR], settings[STRIDE]
+    multiply(w, DP, DU, place, stride, 0, directions, 0, directions, low, first, last, low, first, last)
+    n_x, others, approach = given.shape[1], begin + 2 * m, 0.0
+    if begin and settings[BY_LOAD]:
+        approach = v[others + k - 1] * w.numbers[COMPLIANCE]
+    for t in range(2):
+        for x in range(n_x):
+            ahead = min(x + 1, n_x - 1)
+            for s in range(first, last):
+                change = fields[DU + t, x, s] - (fields[DU + t, ahead, s] if settings[STEADY] else 0.0)
+                change *= w.numbers[BY_LENGTH]
+                for mode in range(k):
+                    change += v[others + mode] * given[MODES + 5 * mode + t, x, s]
+                fields[DSLIP + t, x, s] = change
+    if begin:
+        for e in range(a):
+            x, s = w.lists[CONTACT_X, e], w.lists[CONTACT_S, e]
+            change = fields[DU + N, x, s] - approach * given[COSINE, x, s]
+            result[e] = change / w.numbers[COMPLIANCE]
+    change_law(w, DSLIP, v, result)
+    for other in range(k):
+        result[others + other] = w.small[CAUSED, other]
+
+
+@compiled
+def factorize(w):
+    """Factorize the equations of each strip along x and s, those of half-spaces without other strips."""
+    n_x, n_s = w.given.shape[1], w.given.shape[2]
+    elements, lists, size = w.elements, w.lists, np.float32(w.numbers[SCALE])
+    for s in range(n_s):
+        start, n = lists[BEGINS, s], lists[BEGINS, s + 1] - lists[BEGINS, s]
+        for t in range(2):
+            matrix, slip, behind = w.factors[t, s], w.strips[t], w.strips[2 + t]
+            for row in range(n):
+                e = start + row
+                x, by_traction, by_slip, by_behind = lists[FREE_X, e], 0.0, 1.0, 0.0
+                if elements[STICK, e] == 0:
+                    along, own, own_along, back, back_along = elements[DIRECTION + t, e], 0.0, 0.0, 0.0, 0.0
+                    for i in range(2):
+                        by_own = elements[BY_SLIP + t, e] * elements[TOWARDS + i, e]
+                        by_back = elements[BY_BEHIND + t, e] * elements[TOWARDS + i, e]
+                        if i == t:
+                            by_own, by_back = by_own + elements[REST, e], by_back + elements[HALF, e]
+                            own, back = by_own, by_back
+                        own_along += elements[DIRECTION + i, e] * by_own
+                        back_along += elements[DIRECTION + i, e] * by_back
+                    own, back = own - along * own_along, back - along * back_along
+                    if x == 0:  # the element behind it is itself
+                        own, back = own + back, 0.0
+                    share = elements[SHARE, e]
+                    by_traction, by_slip, by_behind = (
+                        1 - share * (1 - along * along),
+                        share * own,
+                        share * back,
+                    )
+                own_factor, back_factor = size * np.float32(by_slip), size * np.float32(by_behind)
+                for column in range(n):
+                    loaded = lists[FREE_X, start + column]
+                    matrix[row, column] = own_factor * slip[x, loaded] + back_factor * behind[x, loaded]
+                matrix[row, row] += np.float32(by_traction)
+                for loaded in range(n_x):
+                    followed, ratio = w.whole[FOLLOWED, loaded, s], w.fields[RATIO, loaded, s]
+                    if followed != loaded and ratio > 0:
+                        column = 0
+                        while lists[FREE_X, start + column] != followed:
+                            column += 1
+                        more = own_factor * slip[x, loaded] + back_factor * behind[x, loaded]
+                        matrix[row, column] += np.float32(ratio) * more
+            for j in range(n):
+                pivot = j
+                for i in range(j + 1, n):
+                    if abs(matrix[i, j]) > abs(matrix[pivot, j]):
+                        pivot = i
+                w.pivots[t, s, j] = pivot
+                if pivot != j:
+                    for column in range(n):
+                        matrix[j, column], matrix[pivot, column] = matrix[pivot, column], matrix[j, column]
+                inverse = np.float32(1) / matrix[j, j] if matrix[j, j] != 0 else np.float32(0)
+                matrix[j, j] = inverse
+                for i in range(j + 1, n):
+                    factor = matrix[i, j] * inverse
+                    matrix[i, j] = factor
+                    for column in range(j + 1, n):
+                        matrix[i, column] -= factor * matrix[j, column]
+
+
+@compiled
+def invert(w, v, result, with_others):
+    """Write approximately pressures and tractions that cause residuals of gaps and of the law.
+
+    Pressures follow from gaps, then tractions from the law at their bounds. Slip where elements stick is that
+    by all strips: it is changed to that by each strip alone.
+    """
+    fields, elements, lists, settings = w.fields, w.elements, w.lists, w.settings
+    a, m, begin, low = settings[A], settings[M], settings[BEGIN], settings[LOW]
+    first, last = settings[FIRST], settings[LAST]
+    if begin:
+        for e in range(a):
+            fields[ONE + N, lists[CONTACT_X, e], lists[CONTACT_S, e]] = v[e] * w.numbers[COMPLIANCE]
+        multiply(w, ONE, MOVED, settings[RING] - N, 0, N, N + 1, N, N + 1, low, first, last, low, first, last)
+        for e in range(a):
+            result[e] = fields[MOVED + N, lists[CONTACT_X, e], lists[CONTACT_S, e]]
+    any_sticks = False
+    for e in range(m):
+        x, s, sticks = lists[FREE_X, e], lists[FREE_S, e], elements[STICK, e] > 0
+        any_sticks = any_sticks or sticks
+        for t in range(2):
+            fields[ONE + t, x, s] = v[begin + 2 * e + t] if sticks else 0.0
+    if any_sticks:
+        multiply(w, ONE, MOVED, ALONE, ALONE_STRIDE, 0, 2, 0, 2, low, first, last, low, first, last)
+    for e in range(m):
+        x, s = lists[FREE_X, e], lists[FREE_S, e]
+        bound = w.given[FRICTION, x, s] * fields[MOVED + N, x, s] if begin else 0.0
+        for t in range(2):
+            place = begin + 2 * e + t
+            slides = v[place] + bound * elements[DIRECTION + t, e]
+            result[place] = fields[MOVED + t, x, s] if elements[STICK, e] > 0 else slides
+    for s in range(first, last):
+        n, start = lists[BEGINS, s + 1] - lists[BEGINS, s], begin + 2 * lists[BEGINS, s]
+        for t in range(2):
+            matrix, q = w.factors[t, s], result[start + t :]
+            for j in range(n):
+                pivot = w.pivots[t, s, j]
+                q[2 * j], q[2 * pivot] = q[2 * pivot], q[2 * j]
+            for i in range(1, n):
+                total = q[2 * i]
+                for j in range(i):
+                    total -= matrix[i, j] * q[2 * j]
+                q[2 * i] = total
+            for i in range(n - 1, -1, -1):
+                total = q[2 * i]
+                for j in range(i + 1, n):
+                    total -= matrix[i, j] * q[2 * j]
+                q[2 * i] = total * matrix[i, i]
+    if not with_others:
+        return
+    spread(w, result)
+    k, others = settings[K], begin + 2 * m
+    for i in range(k):
+        other = 0.0
+        for j in range(k):
+            other += w.small[MATRICES + k + i, j] * (v[others + j] - w.small[CAUSED, j])
+        result[others + i] = other
+        for e in range(others):
+            result[e] -= other * w.vectors[COLUMNS + i, e]
+
+
+@compiled
+def prepare(w):
+    """Prepare the approximate inverse: factors of strips, and what amplitudes and approach do to forces."""
+    lists, settings, small = w.lists, w.settings, w.small
+    m, k, begin = settings[M], settings[K], settings[BEGIN]
+    factorize(w)
+    none, residual = w.vectors[INVERSE], w.vectors[LAW]
+    matrix, inverse = small[MATRICES : MATRICES + k], small[MATRICES + k : MATRICES + 2 * k]
+    for mode in range(k):
+        for e in range(begin + 2 * m):
+            none[e] = residual[e] = 0.0
+        if mode == k - 1 and settings[BY_LOAD]:
+            for e in range(begin):
+                residual[e] = -w.given[COSINE, lists[CONTACT_X, e], lists[CONTACT_S, e]]
+        spread(w, none)
+        for e in range(m):
+            x, s = lists[FREE_X, e], lists[FREE_S, e]
+            for y in (x, max(x - 1, 0)):
+                for t in range(2):
+                    w.fields[DSLIP + t, y, s] = w.given[MODES + 5 * mode + t, y, s]
+        change_law(w, DSLIP, none, residual)
+        invert(w, residual, w.vectors[COLUMNS + mode], False)
+        spread(w, w.vectors[COLUMNS + mode])
+        for other in range(k):
+            matrix[other, mode] = -small[CAUSED, other]
+    for i in range(k):
+        for j in range(k):
+            inverse[i, j] = 1.0 if i == j else 0.0
+    largest = 0.0
+    for i in range(k):
+        for j in range(k):
+            largest = max(largest, abs(matrix[i, j]))
+    for j in range(k):  # Gauss and Jordan, without unknowns that change nothing
+        pivot = j
+        for i in range(j + 1, k):
+            if abs(matrix[i, j]) > abs(matrix[pivot, j]):
+                pivot = i
+        for column in range(k):
+            matrix[j, column], matrix[pivot, column] = matrix[pivot, column], matrix[j, column]
+            inverse[j, column], inverse[pivot, column] = inverse[pivot, column], inverse[j, column]
+        factor = 1 / matrix[j, j] if abs(matrix[j, j]) > SINGULAR * largest else 0.0
+        for column in range(k):
+            matrix[j, column] *= factor
+            inverse[j, column] *= factor
+        for i in range(k):
+            if i != j:
+                factor = matrix[i, j]
+                for column in range(k):
+                    matrix[i, column] -= factor * matrix[j, column]
+                    inverse[i, column] -= factor * inverse[j, column]
+
+
+@compiled
+def correct(w, n, rtol):
+    """Write the change of n unknowns that takes the residuals away, by GMRES preconditioned from the right."""
+    residual, solution, h = w.vectors[RESIDUAL], w.vectors[SOLUTION], w.krylov
+    basis = w.vectors[COLUMNS + w.small.shape[1] :]
+    steps = basis[MOST_VECTORS + 1 :]
+    norm = 0.0
+    for e in range(n):
+        norm += residual[e] * residual[e]
+        solution[e] = 0.0
+    norm = np.sqrt(norm)
+    if norm == 0.0:
+        return
+    for e in range(n):
+        basis[0, e] = -residual[e] / norm
+    cosines, sines, right = h[MOST_VECTORS + 1], h[MOST_VECTORS + 2], h[MOST_VECTORS + 3]
+    right[0] = norm
+    size = 0
+    for j in range(min(MOST_VECTORS, n)):
+        invert(w, basis[j], steps[j], True)
+        derive(w, steps[j], basis[j + 1])
+        square = 0.0
+        for i in range(j + 2):  # the last turn is the length of what is left
+            dot = 0.0
+            for e in range(n):
+                dot += basis[min(i, j + 1), e] * basis[j + 1, e]
+            if i == j + 1:
+                square = dot
+                break
+            h[i, j] = dot
+            for e in range(n):
+                basis[j + 1, e] -= dot * basis[i, e]
+        last = np.sqrt(square)
+        if not last < np.inf:
+            break
+        for e in range(n):
+            basis[j + 1, e] /= max(last, TINY)
+        for i in range(j):
+            above, below = h[i, j], h[i + 1, j]
+            h[i, j] = cosines[i] * above + sines[i] * below
+            h[i + 1, j] = cosines[i] * below - sines[i] * above
+        length = max(np.sqrt(h[j, j] * h[j, j] + square), TINY)
+        cosines[j], sines[j], h[j, j] = h[j, j] / length, last / length, length
+        right[j + 1] = -sines[j] * right[j]
+        right[j] *= cosines[j]
+        size = j + 1
+        if abs(right[size]) <= rtol * norm:
+            break
+    for i in range(size - 1, -1, -1):
+        total = right[i]
+        for j in range(i + 1, size):
+            total -= h[i, j] * right[j]
+        right[i] = total / h[i, i]
+        for e in range(n):
+            solution[e] += right[i] * steps[i, e]
+
+
+# --- Newton's method ---
+
+
+@compiled
+def newton(w, tolerance, fixed):
+    """Seek a contact from the tractions of the fields P; return whether it was found.
+
+    `fixed`: pressures and the approach stay. Then steps are halved until the defects of law and forces fall.
+    """
+    fields, settings, small, solution = w.fields, w.settings, w.small, w.vectors[SOLUTION]
+    n_x, n_s = w.given.shape[1], w.given.shape[2]
+    place, stride = settings[OPERATOR], settings[STRIDE]
+    least, idle = np.inf, 0
+    settle(w, fixed)
+    for turn in range(MOST_STEPS + 1):
+        first, last, low = settings[FIRST], settings[LAST], settings[LOW]
+        if not fixed or turn == 0:
+            multiply(w, P, U, place, stride, 0, 3, 0, 3, low, first, last, 0, 0, n_s)
+            if not fixed and join(w):
+                settle(w, fixed)
+        a, m, k, begin = settings[A], settings[M], settings[K], settings[BEGIN]
+        if a == 0:
+            return False
+        first, last, low = settings[FIRST], settings[LAST], settings[LOW]
+        for f in range(DP, FIELDS):
+            for x in range(n_x):
+                for s in range(first, last):
+                    fields[f, x, s] = 0.0
+        others = begin + 2 * m
+        n = others + k
+        defect = evaluate(w)
+        prepare(w)
+        v = w.vectors[INVERSE]
+        invert(w, w.vectors[RESIDUAL], v, True)
+        largest, peak = 0.0, 0.0
+        for e in range(others):
+            largest = max(largest, abs(v[e]))
+        for e in range(others, n):
+            largest = max(largest, abs(w.vectors[RESIDUAL, e]))
+        for e in range(a):
+            peak = max(peak, fields[P + N, w.lists[CONTACT_X, e], w.lists[CONTACT_S, e]])
+        error = largest / peak
+        if error <= SHARPER * tolerance:
+            return True
+        if not error < np.inf:
+            return False
+        idle = 0 if error < least else idle + 1
+        least = min(least, error)
+        if idle >= MOST_IDLE_STEPS:
+            return False
+        correct(w, n, min(LOOSEST, max(SHARPER * tolerance / error, error)))
+        spread(w, solution)
+        if fixed:
+            multiply(w, DP, DU, place, stride, 0, 2, 0, 2, low, first, last, low, first, last)
+        share, change = 1.0, 1.0
+        while True:
+            for f in range(2 if fixed else 3):
+                for x in range(n_x):
+                    for s in range(first, last):
+                        fields[P + f, x, s] += change * fields[DP + f, x, s]
+                        fields[U + f, x, s] += change * fields[DU + f, x, s]
+            for other in range(k):
+                step = change * solution[others + other]
+                if settings[BY_LOAD] and not fixed and other == k - 1:
+                    small[C, small.shape[1] - 1] += step * w.numbers[COMPLIANCE]
+                else:
+                    small[C, other] += step
+            if not fixed or share <= LEAST_SHARE or evaluate(w) <= (1 - DECREASE * share) * defect:
+                break
+            share, change = share / 2, -share / 2
+        if not fixed:
+            settle(w, fixed)
+    return False
+
+
+# --- from contacts as they are given ---
+
+
+class Bodies:
+    """ICs of two bodies on a small grid, in the form of compiled loops, with their preconditioners."""
+
+    def __init__(self, operator: GridOperator, flat: Convolution) -> None:
+        m = len(operator.directions)
+        waves, unknowns, _ = operator.transformed.shape
+        n_x, n_s = self.shape = operator.n_x, unknowns // m
+        self.flat, self.directions = flat, operator.directions
+        x = np.arange((n_x + 1) // 2) - (n_x - 1) / 2
+        phases = np.pi / n_x * np.outer(np.arange(waves), x)
+        self.waves = np.stack([np.cos(phases), np.sin(phases)])
+        parts = [_kernels(operator), self._on_ring(flat.restricted((N,)).ring_inverse, (N,))]
+        if m > 1:
+            parts.append(self._on_ring(flat.restricted(TANGENTIAL).strips_alone, TANGENTIAL))
+        sizes = [np.max(np.abs(part), axis=(1, 2, 3)) for part in parts]
+        there = [size > VANISHES * np.max(size) for size in sizes]
+        self.there = np.concatenate(there).astype(np.int64)
+        self.kernels = np.concatenate(parts)
+        self.motions: dict[tuple[type[Motion], float], tuple[NDArray[np.float32], float]] = {}
+
+    def _on_ring(self, waves: Waves, directions: tuple[int, ...]) -> Array:
+        """Return the kernels of a map by waves on a ring."""
+        n_x, n_s = self.shape
+        lags = np.fft.irfft2(waves.factors, waves.padded, axes=(0, 1))[:n_x]
+        between = (strip_lags(n_s) - (n_s - 1)) % waves.padded[1]
+        return _kernels(GridOperator.from_ics(lags[:, between], directions))
+
+    def contact(self, modes: int) -> Work:
+        """Return a contact without distance and motion, with room to compute it in."""
+        n_x, n_s = self.shape
+        n, k, half = n_x * n_s, modes + 1, self.waves.shape[2]
+        settings = np.zeros(K_GIVEN + 1, np.int64)
+        m = len(self.directions)
+        settings[OPERATOR], settings[STRIDE], settings[RING] = (0, 3, 9) if m > 1 else (-N, 0, 1)
+        vectors = COLUMNS + k + 2 * MOST_VECTORS + 1 if m > 1 else 1
+        return Work(
+            self.kernels,
+            self.there,
+            self.waves,
+            np.zeros((4, n_x, n_x), np.float32),
+            np.zeros((MODES + 5 * k, n_x, n_s)),
+            settings,
+            np.zeros(BY_LENGTH + 1),
+            np.zeros((FIELDS, n_x, n_s)),
+            np.zeros((WAS_ACTIVE + 1, n_x, n_s), np.int64),
+            np.zeros((BEGINS + 1, n + 1), np.int64),
+            np.zeros((NUMBERS, n)),
+            np.empty((2, n_s, n_x, n_x), np.float32),
+            np.zeros((2, n_s, n_x), np.int64),
+            np.empty((vectors, 3 * n + k)),
+            np.zeros((MATRICES + 2 * k, k)),
+            np.zeros((MOST_VECTORS + 4, MOST_VECTORS + 1)),
+            np.zeros((12, half, n_s)),
+            np.zeros((8, n_s)),
+        )
+
+    @cached_property
+    def by_one(self) -> Array:
+        """Displacements (n_x, n_s, 3) of elements due to 1 MPa along x and s, and along n, on the middle one."""
+        work, both = self.contact(0), []
+        for loads in (slice(P, P + N), slice(P + N, P + N + 1)):
+            work.fields[P : P + 3] = 0.0
+            work.fields[(loads, *(n // 2 for n in self.shape))] = 1.0
+            multiply(work, P, U, 0, 3, 0, 3, 0, 3, 0, 0, self.shape[1], 0, 0, self.shape[1])
+            both.append(np.moveaxis(work.fields[U : U + 3], 0, -1).copy())
+        return np.concatenate([both[0][..., :N], both[1][..., N:]], axis=-1)
+
+    def strips(self, motion: Motion) -> tuple[NDArray[np.float32], float]:
+        """Return how strips of half-spaces slip in a kind of motion, and slip of an element due to itself."""
+        kind = type(motion), getattr(motion, "dx", 1.0)
+        if kind not in self.motions:
+            own = motion.elastic_slip(self.by_one[..., :N])[tuple(n // 2 for n in self.shape)]
+            strips = Strips.on_half_spaces(self.flat.restricted(TANGENTIAL), motion)
+            self.motions[kind] = np.concatenate([strips.slip, strips.behind]), float(np.mean(own))
+        return self.motions[kind]
+
+
+def _kernels(operator: GridOperator) -> Array:
+    """Return the kernels (m m, waves, loaded strip, observed strip) of an operator."""
+    m, waves = len(operator.directions), len(operator.transformed)
+    n_s = operator.transformed.shape[1] // m
+    parts = operator.transformed.reshape(waves, n_s, m, n_s, m).transpose(2, 4, 0, 3, 1)
+    return np.ascontiguousarray(parts, float).reshape(m * m, waves, n_s, n_s)
+
+
+_BODIES: WeakKeyDictionary[Any, Bodies] = WeakKeyDictionary()
+
+
+def small_bodies(operator: Any, flat: Convolution, shape: tuple[int, ...]) -> Bodies | None:
+    """Return the ICs in compiled form, made once for an operator; None if the grid is large, or ICs unknown."""
+    if max(shape) > MOST_ELEMENTS or not isinstance(operator, GridOperator | Convolution):
+        return None
+    bodies = _BODIES.get(operator)
+    if bodies is None or bodies.flat is not flat:
+        grid = operator if isinstance(operator, GridOperator) else GridOperator.from_convolution(operator)
+        if grid.directions not in ((X, S, N), (N,)):
+            return None
+        bodies = _BODIES[operator] = Bodies(grid, flat)
+    return bodies
+
+
+def solve_normal(
+    bodies: Bodies,
+    distance: Array,
+    cosine: Array,
+    load: float | None,
+    approach: float | None,
+    start: Array | None,
+    tolerance: float,
+) -> tuple[Array, Array, float, int, int, float] | None:
+    """Return pressures, gaps, approach, iterations, products and error of a contact, None where it is not found.
+
+    `load` is the sum of c p [MPa].
+    """
+    work = bodies.contact(0)
+    work.given[H], work.given[COSINE] = distance, cosine
+    if start is not None:
+        work.fields[P + N] = start
+    given = np.nan if load is None else load, 0.0 if approach is None else approach
+    zeta, iterations, products, error = press(work, *given, tolerance)
+    if np.isnan(error):
+        return None
+    return work.fields[P + N].copy(), work.fields[GAP].copy(), zeta, iterations, products, error
+
+
+class Surfaces(NamedTuple):
+    """Undeformed distance (n_x, n_s), inclination and friction coefficient (n_s,), and the area of an element."""
+
+    distance: Array
+    inclination: Array
+    friction: Array | float
+    area: float
+
+
+def frictional(bodies: Bodies, surfaces: Surfaces, motion: Motion, loading: Loading) -> Work:
+    """Return a contact with friction after a motion, in compiled form."""
+    work = bodies.contact(len(motion.free))
+    shape, by_load = surfaces.distance.shape, loading.load is not None
+    strips, slip_of_one = bodies.strips(motion)
+    compliance = float(bodies.by_one[(*(n // 2 for n in shape), N)])
+    rolling = isinstance(motion, SteadyRolling)
+    work.strips[:] = strips
+    work.numbers[:] = compliance, 1 / slip_of_one, 1 / motion.dx if rolling else 1.0
+    settings, given = work.settings, work.given
+    settings[K_GIVEN], settings[BY_LOAD] = len(motion.free) + by_load, by_load
+    settings[STEADY] = rolling and not isinstance(motion, RollingStep)
+    settings[CENTRED], settings[DEPTH] = rolling and motion.order > 1, motion.depth
+    slip, cosine = motion.given_at(0.0), np.cos(surfaces.inclination)
+    per_approach = motion.given_at(1.0) - slip
+    given[H], given[COSINE], given[FRICTION] = surfaces.distance, cosine, surfaces.friction
+    given[GIVEN : GIVEN + 2] = np.moveaxis(slip, -1, 0)
+    given[PER_APPROACH : PER_APPROACH + 2] = np.moveaxis(per_approach, -1, 0)
+    for k, (free, slip) in enumerate(zip(motion.free, motion.free_slips, strict=True)):
+        given[MODES + 5 * k : MODES + 5 * k + 2] = np.moveaxis(slip, -1, 0)
+        given[MODES + 5 * k + 2 : MODES + 5 * k + 5] = np.moveaxis(free.weights, -1, 0)
+        work.small[TARGETS, k] = free.force
+    if by_load:
+        load = MODES + 5 * len(motion.free)
+        given[load : load + 2] = compliance * np.moveaxis(per_approach, -1, 0)
+        given[load + 3] = -surfaces.area * np.sin(surfaces.inclination)
+        given[load + 4] = surfaces.area * cosine
+        work.small[TARGETS, len(motion.free)] = loading.load
+    return work
+
+
+class Found(NamedTuple):
+    """Tractions, displacements and slip beside elements (n_x, n_s, 3 or 2), and where elements stick."""
+
+    p: Array
+    u: Array
+    slip: Array
+    stick: Mask
+    amplitudes: Array
+    approach: float
+
+
+def solve_frictional(
+    bodies: Bodies,
+    surfaces: Surfaces,
+    motion: Motion,
+    loading: Loading,
+    tolerance: float,
+    start: tuple[Array, Array, float] | None = None,
+) -> Found | None:
+    """Return the contact, None where it is not found; `start` are tractions, amplitudes, approach."""
+    work = frictional(bodies, surfaces, motion, loading)
+    load = np.nan if loading.load is None else loading.load / surfaces.area
+    for is_started in (True, False):
+        if is_started and start is None:
+            continue
+        work.fields[P : P + 3] = np.moveaxis(start[0], -1, 0) if is_started else 0.0
+        work.small[C, :-1] = start[1] if start is not None else 0.0
+        work.small[C, -1] = loading.approach if loading.load is None else start[2] if is_started else 0.0
+        if not is_started:
+            approach, _, _, error = press(work, load, work.small[C, -1], ROUGH)
+            if np.isnan(error):
+                return None
+            work.small[C, -1] = approach
+            if np.any(work.given[FRICTION]) and not newton(work, ROUGH, True):
+                return None
+        if newton(work, tolerance, False):
+            return _found(work)
+    return None
+
+
+def _found(work: Work) -> Found:
+    p, u, slip = (
+        np.moveaxis(work.fields[first : first + size], 0, -1).copy()
+        for first, size in ((P, 3), (U, 3), (SLIP, 2))
+    )
+    m, lists = work.settings[M], work.lists
+    stick = np.zeros(p.shape[:2], bool)
+    stick[lists[FREE_X, :m], lists[FREE_S, :m]] = work.elements[STICK, :m] > 0
+    stick = np.take_along_axis(stick, work.whole[FOLLOWED], axis=0)
+    return Found(p, u, slip, stick, work.small[C, :-1].copy(), float(work.small[C, -1]))
