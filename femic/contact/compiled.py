@@ -1,49 +1,44 @@
-"""Contacts on small grids by compiled loops: the equations of `normal` and `coupled`, for many quick contacts.
+"""Contacts on small grids by compiled loops: the equations of `normal` and `coupled`, for quick contacts.
 
 On some hundreds of elements the time of the other solvers is that of Python between small products. Here the
-same methods run as machine code, which Numba compiles once for a computer: conjugate gradients for pressures
-(`femic.contact.normal`), then Newton's method for tangential tractions at these pressures, then Newton's
-method for all tractions (`femic.contact.coupled`, where the equations and their preconditioner are
-explained). Both Newton methods are one function, with pressures fixed or not. Each contact satisfies the same
-equations to the same tolerance as that of the other solvers, which stay for large grids and for contacts that
-are not found here.
+same methods run as machine code, which Numba compiles once for each computer: conjugate gradients for
+pressures (`femic.contact.normal`), and Newton's method for all tractions (`femic.contact.coupled`, where the
+equations and their preconditioner are explained), or, to begin with, for the tangential ones at given
+pressures. Contacts satisfy the same equations to the same tolerance; `femic.contact.small` prepares them.
 
 Products go wave by wave along x: an IC matrix is real between waves (`GridOperator`), and even and odd parts
-about the middle of the grid halve the transforms. Loads and displacements outside the strips in question are
-left out. Fields have the shape (direction, n_x, n_s). Strips of free elements lie one after the other in
-vectors.
+about the middle of the grid halve the transforms. Rows and strips that are not in question are left out.
+
+All numbers of a contact stand in the arrays of `Work`, so that nothing is allocated on the way, and compiling
+takes a minute and not ten. All compiled functions are in this file, with their constants, because Numba
+compiles them anew when the file changes, not when another one does.
 """
 
 from collections.abc import Callable
-from functools import cached_property
 from typing import Any, NamedTuple, TypeVar
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numba import njit
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import NDArray
 
-from femic.contact.friction.law import LOOSEST, MOST_VECTORS, SINGULAR, Strips
-from femic.contact.friction.motion import LEAST_PER_DEPTH, Motion, RollingStep, SteadyRolling
-from femic.contact.loading import Loading
-from femic.contact.operators.convolution import Convolution, Waves
-from femic.contact.operators.dense import GridOperator, strip_lags
-from geometries.arrays import Array, Mask
-from geometries.patches import N, S, X
+from geometries.arrays import Array
+from geometries.patches import N, X
 
-MOST_ELEMENTS = 64  # along x or s of grids that are small
-VANISHES = 1e-14  # size of a kernel over the largest one up to which it is zero by symmetry
-TANGENTIAL = (X, S)
 MOST_ITERATIONS = 200  # of conjugate gradients
 MOST_STEPS = 25  # of Newton's method
 MOST_IDLE_STEPS = 6  # in which the error does not fall below the least one before
 SHARPER = 0.1  # tolerance of errors and of the linear equations over that of the contact
-ROUGH = 1e-3  # tolerance of tangential tractions at pressures that they are going to change
+DECREASE, LEAST_STEP = 0.1, 0.05  # of the defect as a share of a step, and of a full step
 LEAST_PRESSURE = 1e-12  # of elements that join a contact, as a share of the largest
-DECREASE, LEAST_SHARE = 0.1, 0.05  # of the defect as a share of a step, and of a full step
+LOOSEST = 0.1  # relative residual of the linear equations
+MOST_VECTORS = 80  # of GMRES
+SINGULAR = 1e-8  # share of the largest entry below which pivots of amplitudes are zero
+LEAST_PER_DEPTH = 6  # elements of a row for each that follows at its leading edge
 TINY = 1e-150
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+Pair = tuple[int, int]
+Triple = tuple[int, int, int]
 
 
 def compiled(function: Function) -> Function:
@@ -56,26 +51,16 @@ def compiled(function: Function) -> Function:
     return machine
 
 
-# --- what compiled functions work on ---
+# --- names of places ---
 
 # fields (n_x, n_s) of `Work.fields`, some of which have 2 or 3 directions
 P, U, BOUND, RATIO, SHARES, GAP, SLIP = 0, 3, 6, 7, 8, 10, 11
 DP, DU, DSLIP, ONE, MOVED, FIELDS = 13, 16, 19, 21, 24, 27
 # given fields: distance, cosine, friction, slip, slip per approach, then 5 of each mode: slip and weights
 H, COSINE, FRICTION, GIVEN, PER_APPROACH, MODES = 0, 1, 2, 3, 5, 7
-# numbers of free elements: slip at the centre and its derivative, the direction of tractions, what the law needs
-CENTRE, REST, HALF, TOWARDS, BY_SLIP, BY_BEHIND, DIRECTION, SHARE, STICK, NUMBERS = (
-    0,
-    2,
-    3,
-    4,
-    6,
-    8,
-    10,
-    12,
-    13,
-    14,
-)
+# numbers of free elements: slip at the centre and its derivative; the direction of tractions, and the law
+CENTRE, REST, HALF, TOWARDS, BY_SLIP, BY_BEHIND = 0, 2, 3, 4, 6, 8
+DIRECTION, SHARE, STICK, NUMBERS = 10, 12, 13, 14
 # whole numbers (n_x, n_s): the row that each element's tractions follow; whether pressures may change
 FOLLOWED, ACTIVE, WAS_ACTIVE = 0, 1, 2
 # lists: elements in contact and free ones by x and s, and where strips begin among the latter
@@ -83,9 +68,8 @@ CONTACT_X, CONTACT_S, FREE_X, FREE_S, BEGINS = 0, 1, 2, 3, 4
 # vectors: residuals, approximate solution, residuals of the law, solution; then columns, basis, steps
 RESIDUAL, INVERSE, LAW, SOLUTION, COLUMNS = 0, 1, 2, 3, 4
 # settings: whole numbers, then sizes; and real ones
-K, BY_LOAD, STEADY, CENTRED, DEPTH, OPERATOR, STRIDE, RING, FIXED, A, M, FIRST, LAST, LOW, BEGIN, K_GIVEN = (
-    range(16)
-)
+K, BY_LOAD, STEADY, CENTRED, DEPTH, OPERATOR, STRIDE, RING = 0, 1, 2, 3, 4, 5, 6, 7
+FIXED, A, M, FIRST, LAST, LOW, BEGIN, K_GIVEN = 8, 9, 10, 11, 12, 13, 14, 15
 COMPLIANCE, SCALE, BY_LENGTH = 0, 1, 2
 # small arrays (rows, k): amplitudes with the approach [mm] last, forces, targets; then matrices
 C, UNIT_FORCES, TARGETS, CAUSED, MATRICES = 0, 1, 2, 3, 4
@@ -95,9 +79,10 @@ ALONE, ALONE_STRIDE = 10, 2  # place of kernels
 class Work(NamedTuple):
     """A contact, and room to compute it in; the names above say what is where.
 
-    `kernels` (14, waves, loaded strip, observed strip) are ICs xx, xs, ... nn between waves along x, which are
-    real (`GridOperator`), then the inverse of half-spaces for pressures, and four that leave each strip alone.
-    For pressures alone there are nn and the inverse. `there` says which kernels do not vanish. `waves` (2, waves, half of n_x) are cosines and sines about the middle.
+    `kernels` (14, waves, loaded strip, observed strip) are ICs xx, xs, ... nn between waves along x, which
+    are real (`GridOperator`), then the inverse of half-spaces for pressures, and four that leave each strip
+    alone. For pressures alone there are nn and the inverse. `there` says which kernels do not vanish; `waves`
+    (2, waves, half of n_x) are cosines and sines about the middle.
     """
 
     kernels: Array
@@ -120,79 +105,86 @@ class Work(NamedTuple):
     spectra: Array  # (8, n_s)
 
 
-# --- products, wave by wave ---
+# --- products ---
 
 
 @compiled
 def multiply(
-    w, source, target, place, stride, first_load, last_load, first, last, low, b0, b1, out_low, a0, a1
-):
+    w: Work, source: int, target: int, kernels: Pair, loads: Pair, observed: Pair, within: Triple, to: Triple
+) -> None:
     """Write displacements to fields from `target` on, due to tractions in those from `source` on.
 
-    Directions from `first_load` on count, on strips from b0 on, and rows that are not beyond `low` at either end;
-    directions from `first` on are written, on strips from a0 on, and rows within `out_low`. The kernel from j to
-    i is at `place` + i * `stride` + j.
+    Directions `loads` count, in rows and strips `within`; directions `observed` are written, in rows and
+    strips `to`: the number of rows left out at both ends, the first strip, and the end of strips. The kernel
+    from j to i is at kernels[0] + i * kernels[1] + j.
     """
     waves, half, n_x = w.waves.shape[1], w.waves.shape[2], w.fields.shape[1]
-    loaded, observed = b1 - b0, a1 - a0
-    for j in range(first_load, last_load):
+    low, first_strip, end_strip = within
+    out_low, first_observed, end_observed = to
+    n_loaded, n_observed = end_strip - first_strip, end_observed - first_observed
+    for j in range(loads[0], loads[1]):
         for x in range(low, half):
-            here, beyond = w.fields[source + j, x][b0:b1], w.fields[source + j, n_x - 1 - x][b0:b1]
-            even, odd, once = w.halves[j, x], w.halves[3 + j, x], 0.5 if n_x - 1 - x == x else 1.0
-            for b in range(loaded):
+            y = n_x - 1 - x
+            here, beyond = w.fields[source + j, x], w.fields[source + j, y]
+            here, beyond = here[first_strip:end_strip], beyond[first_strip:end_strip]
+            even, odd, once = w.halves[j, x], w.halves[3 + j, x], 0.5 if x == y else 1.0
+            for b in range(n_loaded):
                 even[b] = once * (here[b] + beyond[b])
                 odd[b] = here[b] - beyond[b]
-    for i in range(6 + first, 9 + last):
+    for i in range(observed[0], observed[1]):
         for x in range(out_low, half):
-            w.halves[i, x] = 0.0
+            w.halves[6 + i, x] = 0.0
+            w.halves[9 + i, x] = 0.0
     moved_re, moved_im = w.spectra[6], w.spectra[7]
     for wave in range(waves):
-        weight = (0.5 if wave == 0 or wave == waves - 1 else 1.0) / n_x
-        for j in range(first_load, last_load):
-            re, im = w.spectra[j], w.spectra[3 + j]
-            re[:] = 0.0
-            im[:] = 0.0
+        weight = (0.5 if wave in (0, waves - 1) else 1.0) / n_x
+        for j in range(loads[0], loads[1]):
+            w.spectra[j] = 0.0
+            w.spectra[3 + j] = 0.0
             for x in range(low, half):
-                even, odd, cosine, sine = (
+                cosine, sine = w.waves[0, wave, x], w.waves[1, wave, x]
+                even, odd, by_cosine, by_sine = (
                     w.halves[j, x],
                     w.halves[3 + j, x],
-                    w.waves[0, wave, x],
-                    w.waves[1, wave, x],
+                    w.spectra[j],
+                    w.spectra[3 + j],
                 )
-                for b in range(loaded):
-                    re[b] += cosine * even[b]
-                    im[b] -= sine * odd[b]
-        for i in range(first, last):
+                for b in range(n_loaded):
+                    by_cosine[b] += cosine * even[b]
+                    by_sine[b] -= sine * odd[b]
+        for i in range(observed[0], observed[1]):
             moved_re[:] = 0.0
             moved_im[:] = 0.0
-            for j in range(first_load, last_load):
-                kernel = place + i * stride + j
+            for j in range(loads[0], loads[1]):
+                kernel = kernels[0] + i * kernels[1] + j
                 if not w.there[kernel]:
                     continue
-                turn = (1 if i == X else 0) - (1 if j == X else 0)  # times i, once or as its inverse
-                for b in range(loaded):
-                    row = w.kernels[kernel, wave, b0 + b][a0:a1]
+                for b in range(n_loaded):
+                    row = w.kernels[kernel, wave, first_strip + b]
+                    row = row[first_observed:end_observed]
                     re, im = w.spectra[j, b], w.spectra[3 + j, b]
-                    if turn > 0:
+                    if i == X != j:  # times i, as loads along x are to be taken times -i
                         re, im = -im, re
-                    elif turn < 0:
+                    elif j == X != i:
                         re, im = im, -re
-                    for a in range(observed):
+                    for a in range(n_observed):
                         moved_re[a] += row[a] * re
                         moved_im[a] += row[a] * im
+            cosines, sines = w.waves[0, wave], w.waves[1, wave]
             for x in range(out_low, half):
                 even, odd = w.halves[6 + i, x], w.halves[9 + i, x]
-                cosine, sine = weight * w.waves[0, wave, x], weight * w.waves[1, wave, x]
-                for a in range(observed):
+                cosine, sine = weight * cosines[x], weight * sines[x]
+                for a in range(n_observed):
                     even[a] += cosine * moved_re[a]
                     odd[a] -= sine * moved_im[a]
-    for i in range(first, last):
+    for i in range(observed[0], observed[1]):
         for x in range(out_low, half):
             even, odd = w.halves[6 + i, x], w.halves[9 + i, x]
-            here, beyond = w.fields[target + i, x][a0:a1], w.fields[target + i, n_x - 1 - x][a0:a1]
-            for a in range(observed):
+            here, beyond = w.fields[target + i, x], w.fields[target + i, n_x - 1 - x]
+            here, beyond = here[first_observed:end_observed], beyond[first_observed:end_observed]
+            for a in range(n_observed):
                 beyond[a] = even[a] - odd[a]
-            for a in range(observed):
+            for a in range(n_observed):
                 here[a] = even[a] + odd[a]
 
 
@@ -200,7 +192,7 @@ def multiply(
 
 
 @compiled
-def press(w, load, approach, tolerance):
+def press(w: Work, load: float, approach: float, tolerance: float) -> tuple[float, int, int, float]:
     """Find pressures, the field P + N, under a load, the sum of c p, or at an approach where the load is NaN.
 
     The method and its steps are those of `femic.contact.normal.pressures`. The pressures to begin with are
@@ -223,14 +215,14 @@ def press(w, load, approach, tolerance):
             step[x, s] = 0.0
     if total == 0.0:
         if not by_load:
-            multiply(w, ONE, MOVED, ring, 0, N, N + 1, N, N + 1, 0, 0, n_s, 0, 0, n_s)
+            multiply(w, ONE, MOVED, (ring, 0), (N, N + 1), (N, N + 1), (0, 0, n_s), (0, 0, n_s))
         for x in range(n_x):
             for s in range(n_s):
                 pressure = 1.0 if by_load else max(inverse[x, s], 0.0)
                 p[x, s] = pressure if h[x, s] < np.inf else 0.0
     if by_load:
         scale(w, load)
-    multiply(w, P, U, place, stride, N, N + 1, N, N + 1, 0, 0, n_s, 0, 0, n_s)
+    multiply(w, P, U, (place, stride), (N, N + 1), (N, N + 1), (0, 0, n_s), (0, 0, n_s))
     products, zeta = 1, approach
     for iteration in range(MOST_ITERATIONS + 1):
         if by_load:
@@ -254,7 +246,7 @@ def press(w, load, approach, tolerance):
             for x in range(n_x):
                 for s in range(n_s):
                     residual[x, s] = cosine[x, s] if active[x, s] else 0.0
-            multiply(w, ONE, MOVED, ring, 0, N, N + 1, N, N + 1, 0, 0, n_s, 0, 0, n_s)
+            multiply(w, ONE, MOVED, (ring, 0), (N, N + 1), (N, N + 1), (0, 0, n_s), (0, 0, n_s))
             below = 0.0
             for x in range(n_x):
                 for s in range(n_s):
@@ -264,7 +256,7 @@ def press(w, load, approach, tolerance):
         for x in range(n_x):
             for s in range(n_s):
                 residual[x, s] = gap[x, s] if active[x, s] else 0.0
-        multiply(w, ONE, MOVED, ring, 0, N, N + 1, N, N + 1, 0, 0, n_s, 0, 0, n_s)
+        multiply(w, ONE, MOVED, (ring, 0), (N, N + 1), (N, N + 1), (0, 0, n_s), (0, 0, n_s))
         if by_load:
             above = 0.0
             for x in range(n_x):
@@ -292,7 +284,7 @@ def press(w, load, approach, tolerance):
                 last_z[x, s] = z[x, s]
                 last_residual[x, s] = residual[x, s]
                 was_active[x, s] = active[x, s]
-        multiply(w, DP, DU, place, stride, N, N + 1, N, N + 1, 0, 0, n_s, 0, 0, n_s)
+        multiply(w, DP, DU, (place, stride), (N, N + 1), (N, N + 1), (0, 0, n_s), (0, 0, n_s))
         products += 1
         along, curvature = 0.0, 0.0
         for x in range(n_x):
@@ -313,13 +305,13 @@ def press(w, load, approach, tolerance):
                     p[x, s] = max(p[x, s], 0.0)
             if by_load:
                 scale(w, load)
-            multiply(w, P, U, place, stride, N, N + 1, N, N + 1, 0, 0, n_s, 0, 0, n_s)
+            multiply(w, P, U, (place, stride), (N, N + 1), (N, N + 1), (0, 0, n_s), (0, 0, n_s))
             products += 1
     return zeta, MOST_ITERATIONS, products, np.nan
 
 
 @compiled
-def scale(w, load):
+def scale(w: Work, load: float) -> None:
     """Give the pressures a load."""
     p, cosine, total = w.fields[P + N], w.given[COSINE], 0.0
     for x in range(p.shape[0]):
@@ -334,7 +326,7 @@ def scale(w, load):
 
 
 @compiled
-def settle(w, fixed):
+def settle(w: Work, fixed: bool) -> None:
     """Leave no negative pressures; list elements in contact and free ones; let followers follow."""
     fields, bounds, ratios, lists, settings = w.fields, w.fields[BOUND], w.fields[RATIO], w.lists, w.settings
     n_x, n_s = bounds.shape
@@ -375,7 +367,7 @@ def settle(w, fixed):
 
 
 @compiled
-def join(w):
+def join(w: Work) -> bool:
     """Let elements with overlap join the contact with little pressure; return whether there are any."""
     n_x, n_s = w.given.shape[1], w.given.shape[2]
     approach, largest, joins = w.small[C, w.small.shape[1] - 1], 0.0, False
@@ -391,12 +383,12 @@ def join(w):
 
 
 @compiled
-def evaluate(w):
+def evaluate(w: Work) -> float:
     """Compute gaps, slip, the law, and all residuals; return the norm of the defects of law and forces."""
     fields, given, elements, settings, small = w.fields, w.given, w.elements, w.settings, w.small
-    n_x, n_s = given.shape[1], given.shape[2]
+    n_x = given.shape[1]
     a, m, k, begin = settings[A], settings[M], settings[K], settings[BEGIN]
-    first, last, low = settings[FIRST], settings[LAST], settings[LOW]
+    first, last = settings[FIRST], settings[LAST]
     residual, slips, approach = w.vectors[RESIDUAL], fields[SLIP : SLIP + 2], small[C, small.shape[1] - 1]
     modes = settings[K_GIVEN] - settings[BY_LOAD]
     for t in range(2):
@@ -468,7 +460,7 @@ def evaluate(w):
 
 
 @compiled
-def spread(w, v):
+def spread(w: Work, v: Array) -> None:
     """Write changes of all tractions, the fields DP, due to a vector of unknowns, and those of forces."""
     fields, lists, settings = w.fields, w.lists, w.settings
     a, m, begin = settings[A], settings[M], settings[BEGIN]
@@ -498,8 +490,8 @@ def spread(w, v):
 
 
 @compiled
-def change_law(w, source, v, result):
-    """Write the changes of the law due to those of tractions in a vector, slip in two fields, pressures DP."""
+def change_law(w: Work, source: int, v: Array, result: Array) -> None:
+    """Write changes of the law due to those of tractions in a vector, slip in two fields, pressures DP."""
     fields, elements, settings, size = w.fields, w.elements, w.settings, w.numbers[SCALE]
     begin = settings[BEGIN]
     for e in range(settings[M]):
@@ -526,7 +518,7 @@ def change_law(w, source, v, result):
 
 
 @compiled
-def derive(w, v, result):
+def derive(w: Work, v: Array, result: Array) -> None:
     """Write the change of residuals due to unknowns."""
     fields, given, settings = w.fields, w.given, w.settings
     a, m, k, begin = settings[A], settings[M], settings[K], settings[BEGIN]
@@ -534,7 +526,9 @@ def derive(w, v, result):
     spread(w, v)
     directions = 3 if begin else 2
     place, stride = settings[OPERATOR], settings[STRIDE]
-    multiply(w, DP, DU, place, stride, 0, directions, 0, directions, low, first, last, low, first, last)
+    multiply(
+        w, DP, DU, (place, stride), (0, directions), (0, directions), (low, first, last), (low, first, last)
+    )
     n_x, others, approach = given.shape[1], begin + 2 * m, 0.0
     if begin and settings[BY_LOAD]:
         approach = v[others + k - 1] * w.numbers[COMPLIANCE]
@@ -557,8 +551,11 @@ def derive(w, v, result):
         result[others + other] = w.small[CAUSED, other]
 
 
+# --- their approximate inverse ---
+
+
 @compiled
-def factorize(w):
+def factorize(w: Work) -> None:
     """Factorize the equations of each strip along x and s, those of half-spaces without other strips."""
     n_x, n_s = w.given.shape[1], w.given.shape[2]
     elements, lists, size = w.elements, w.lists, np.float32(w.numbers[SCALE])
@@ -620,7 +617,7 @@ def factorize(w):
 
 
 @compiled
-def invert(w, v, result, with_others):
+def invert(w: Work, v: Array, result: Array, with_others: bool) -> None:
     """Write approximately pressures and tractions that cause residuals of gaps and of the law.
 
     Pressures follow from gaps, then tractions from the law at their bounds. Slip where elements stick is that
@@ -632,7 +629,16 @@ def invert(w, v, result, with_others):
     if begin:
         for e in range(a):
             fields[ONE + N, lists[CONTACT_X, e], lists[CONTACT_S, e]] = v[e] * w.numbers[COMPLIANCE]
-        multiply(w, ONE, MOVED, settings[RING] - N, 0, N, N + 1, N, N + 1, low, first, last, low, first, last)
+        multiply(
+            w,
+            ONE,
+            MOVED,
+            (settings[RING] - N, 0),
+            (N, N + 1),
+            (N, N + 1),
+            (low, first, last),
+            (low, first, last),
+        )
         for e in range(a):
             result[e] = fields[MOVED + N, lists[CONTACT_X, e], lists[CONTACT_S, e]]
     any_sticks = False
@@ -642,7 +648,7 @@ def invert(w, v, result, with_others):
         for t in range(2):
             fields[ONE + t, x, s] = v[begin + 2 * e + t] if sticks else 0.0
     if any_sticks:
-        multiply(w, ONE, MOVED, ALONE, ALONE_STRIDE, 0, 2, 0, 2, low, first, last, low, first, last)
+        multiply(w, ONE, MOVED, (ALONE, ALONE_STRIDE), (0, 2), (0, 2), (low, first, last), (low, first, last))
     for e in range(m):
         x, s = lists[FREE_X, e], lists[FREE_S, e]
         bound = w.given[FRICTION, x, s] * fields[MOVED + N, x, s] if begin else 0.0
@@ -681,7 +687,7 @@ def invert(w, v, result, with_others):
 
 
 @compiled
-def prepare(w):
+def prepare(w: Work) -> None:
     """Prepare the approximate inverse: factors of strips, and what amplitudes and approach do to forces."""
     lists, settings, small = w.lists, w.settings, w.small
     m, k, begin = settings[M], settings[K], settings[BEGIN]
@@ -732,9 +738,84 @@ def prepare(w):
                     inverse[i, column] -= factor * inverse[j, column]
 
 
+# --- Newton's method ---
+
+
 @compiled
-def correct(w, n, rtol):
-    """Write the change of n unknowns that takes the residuals away, by GMRES preconditioned from the right."""
+def newton(w: Work, tolerance: float, fixed: bool) -> bool:
+    """Seek a contact from the tractions of the fields P; return whether it was found.
+
+    `fixed`: pressures and the approach stay. Then steps are halved until the defects of law and forces fall.
+    """
+    fields, settings, small, solution = w.fields, w.settings, w.small, w.vectors[SOLUTION]
+    n_x, n_s = w.given.shape[1], w.given.shape[2]
+    place, stride = settings[OPERATOR], settings[STRIDE]
+    least, idle = np.inf, 0
+    settle(w, fixed)
+    for turn in range(MOST_STEPS + 1):
+        first, last, low = settings[FIRST], settings[LAST], settings[LOW]
+        if not fixed or turn == 0:
+            multiply(w, P, U, (place, stride), (0, 3), (0, 3), (low, first, last), (0, 0, n_s))
+            if not fixed and join(w):
+                settle(w, fixed)
+        a, m, k, begin = settings[A], settings[M], settings[K], settings[BEGIN]
+        if a == 0:
+            return False
+        first, last, low = settings[FIRST], settings[LAST], settings[LOW]
+        for f in range(DP, FIELDS):
+            for x in range(n_x):
+                for s in range(first, last):
+                    fields[f, x, s] = 0.0
+        others = begin + 2 * m
+        n = others + k
+        defect = evaluate(w)
+        prepare(w)
+        v = w.vectors[INVERSE]
+        invert(w, w.vectors[RESIDUAL], v, True)
+        largest, peak = 0.0, 0.0
+        for e in range(others):
+            largest = max(largest, abs(v[e]))
+        for e in range(others, n):
+            largest = max(largest, abs(w.vectors[RESIDUAL, e]))
+        for e in range(a):
+            peak = max(peak, fields[P + N, w.lists[CONTACT_X, e], w.lists[CONTACT_S, e]])
+        error = largest / peak
+        if error <= SHARPER * tolerance:
+            return True
+        if not error < np.inf:
+            return False
+        idle = 0 if error < least else idle + 1
+        least = min(least, error)
+        if idle >= MOST_IDLE_STEPS:
+            return False
+        correct(w, n, min(LOOSEST, max(SHARPER * tolerance / error, error)))
+        spread(w, solution)
+        if fixed:
+            multiply(w, DP, DU, (place, stride), (0, 2), (0, 2), (low, first, last), (low, first, last))
+        share, change = 1.0, 1.0
+        while True:
+            for f in range(2 if fixed else 3):
+                for x in range(n_x):
+                    for s in range(first, last):
+                        fields[P + f, x, s] += change * fields[DP + f, x, s]
+                        fields[U + f, x, s] += change * fields[DU + f, x, s]
+            for other in range(k):
+                step = change * solution[others + other]
+                if settings[BY_LOAD] and not fixed and other == k - 1:
+                    small[C, small.shape[1] - 1] += step * w.numbers[COMPLIANCE]
+                else:
+                    small[C, other] += step
+            if not fixed or share <= LEAST_STEP or evaluate(w) <= (1 - DECREASE * share) * defect:
+                break
+            share, change = share / 2, -share / 2
+        if not fixed:
+            settle(w, fixed)
+    return False
+
+
+@compiled
+def correct(w: Work, n: int, rtol: float) -> None:
+    """Write the change of n unknowns that takes residuals away, by GMRES, preconditioned from the right."""
     residual, solution, h = w.vectors[RESIDUAL], w.vectors[SOLUTION], w.krylov
     basis = w.vectors[COLUMNS + w.small.shape[1] :]
     steps = basis[MOST_VECTORS + 1 :]
@@ -787,298 +868,3 @@ def correct(w, n, rtol):
         right[i] = total / h[i, i]
         for e in range(n):
             solution[e] += right[i] * steps[i, e]
-
-
-# --- Newton's method ---
-
-
-@compiled
-def newton(w, tolerance, fixed):
-    """Seek a contact from the tractions of the fields P; return whether it was found.
-
-    `fixed`: pressures and the approach stay. Then steps are halved until the defects of law and forces fall.
-    """
-    fields, settings, small, solution = w.fields, w.settings, w.small, w.vectors[SOLUTION]
-    n_x, n_s = w.given.shape[1], w.given.shape[2]
-    place, stride = settings[OPERATOR], settings[STRIDE]
-    least, idle = np.inf, 0
-    settle(w, fixed)
-    for turn in range(MOST_STEPS + 1):
-        first, last, low = settings[FIRST], settings[LAST], settings[LOW]
-        if not fixed or turn == 0:
-            multiply(w, P, U, place, stride, 0, 3, 0, 3, low, first, last, 0, 0, n_s)
-            if not fixed and join(w):
-                settle(w, fixed)
-        a, m, k, begin = settings[A], settings[M], settings[K], settings[BEGIN]
-        if a == 0:
-            return False
-        first, last, low = settings[FIRST], settings[LAST], settings[LOW]
-        for f in range(DP, FIELDS):
-            for x in range(n_x):
-                for s in range(first, last):
-                    fields[f, x, s] = 0.0
-        others = begin + 2 * m
-        n = others + k
-        defect = evaluate(w)
-        prepare(w)
-        v = w.vectors[INVERSE]
-        invert(w, w.vectors[RESIDUAL], v, True)
-        largest, peak = 0.0, 0.0
-        for e in range(others):
-            largest = max(largest, abs(v[e]))
-        for e in range(others, n):
-            largest = max(largest, abs(w.vectors[RESIDUAL, e]))
-        for e in range(a):
-            peak = max(peak, fields[P + N, w.lists[CONTACT_X, e], w.lists[CONTACT_S, e]])
-        error = largest / peak
-        if error <= SHARPER * tolerance:
-            return True
-        if not error < np.inf:
-            return False
-        idle = 0 if error < least else idle + 1
-        least = min(least, error)
-        if idle >= MOST_IDLE_STEPS:
-            return False
-        correct(w, n, min(LOOSEST, max(SHARPER * tolerance / error, error)))
-        spread(w, solution)
-        if fixed:
-            multiply(w, DP, DU, place, stride, 0, 2, 0, 2, low, first, last, low, first, last)
-        share, change = 1.0, 1.0
-        while True:
-            for f in range(2 if fixed else 3):
-                for x in range(n_x):
-                    for s in range(first, last):
-                        fields[P + f, x, s] += change * fields[DP + f, x, s]
-                        fields[U + f, x, s] += change * fields[DU + f, x, s]
-            for other in range(k):
-                step = change * solution[others + other]
-                if settings[BY_LOAD] and not fixed and other == k - 1:
-                    small[C, small.shape[1] - 1] += step * w.numbers[COMPLIANCE]
-                else:
-                    small[C, other] += step
-            if not fixed or share <= LEAST_SHARE or evaluate(w) <= (1 - DECREASE * share) * defect:
-                break
-            share, change = share / 2, -share / 2
-        if not fixed:
-            settle(w, fixed)
-    return False
-
-
-# --- from contacts as they are given ---
-
-
-class Bodies:
-    """ICs of two bodies on a small grid, in the form of compiled loops, with their preconditioners."""
-
-    def __init__(self, operator: GridOperator, flat: Convolution) -> None:
-        m = len(operator.directions)
-        waves, unknowns, _ = operator.transformed.shape
-        n_x, n_s = self.shape = operator.n_x, unknowns // m
-        self.flat, self.directions = flat, operator.directions
-        x = np.arange((n_x + 1) // 2) - (n_x - 1) / 2
-        phases = np.pi / n_x * np.outer(np.arange(waves), x)
-        self.waves = np.stack([np.cos(phases), np.sin(phases)])
-        parts = [_kernels(operator), self._on_ring(flat.restricted((N,)).ring_inverse, (N,))]
-        if m > 1:
-            parts.append(self._on_ring(flat.restricted(TANGENTIAL).strips_alone, TANGENTIAL))
-        sizes = [np.max(np.abs(part), axis=(1, 2, 3)) for part in parts]
-        there = [size > VANISHES * np.max(size) for size in sizes]
-        self.there = np.concatenate(there).astype(np.int64)
-        self.kernels = np.concatenate(parts)
-        self.motions: dict[tuple[type[Motion], float], tuple[NDArray[np.float32], float]] = {}
-
-    def _on_ring(self, waves: Waves, directions: tuple[int, ...]) -> Array:
-        """Return the kernels of a map by waves on a ring."""
-        n_x, n_s = self.shape
-        lags = np.fft.irfft2(waves.factors, waves.padded, axes=(0, 1))[:n_x]
-        between = (strip_lags(n_s) - (n_s - 1)) % waves.padded[1]
-        return _kernels(GridOperator.from_ics(lags[:, between], directions))
-
-    def contact(self, modes: int) -> Work:
-        """Return a contact without distance and motion, with room to compute it in."""
-        n_x, n_s = self.shape
-        n, k, half = n_x * n_s, modes + 1, self.waves.shape[2]
-        settings = np.zeros(K_GIVEN + 1, np.int64)
-        m = len(self.directions)
-        settings[OPERATOR], settings[STRIDE], settings[RING] = (0, 3, 9) if m > 1 else (-N, 0, 1)
-        vectors = COLUMNS + k + 2 * MOST_VECTORS + 1 if m > 1 else 1
-        return Work(
-            self.kernels,
-            self.there,
-            self.waves,
-            np.zeros((4, n_x, n_x), np.float32),
-            np.zeros((MODES + 5 * k, n_x, n_s)),
-            settings,
-            np.zeros(BY_LENGTH + 1),
-            np.zeros((FIELDS, n_x, n_s)),
-            np.zeros((WAS_ACTIVE + 1, n_x, n_s), np.int64),
-            np.zeros((BEGINS + 1, n + 1), np.int64),
-            np.zeros((NUMBERS, n)),
-            np.empty((2, n_s, n_x, n_x), np.float32),
-            np.zeros((2, n_s, n_x), np.int64),
-            np.empty((vectors, 3 * n + k)),
-            np.zeros((MATRICES + 2 * k, k)),
-            np.zeros((MOST_VECTORS + 4, MOST_VECTORS + 1)),
-            np.zeros((12, half, n_s)),
-            np.zeros((8, n_s)),
-        )
-
-    @cached_property
-    def by_one(self) -> Array:
-        """Displacements (n_x, n_s, 3) of elements due to 1 MPa along x and s, and along n, on the middle one."""
-        work, both = self.contact(0), []
-        for loads in (slice(P, P + N), slice(P + N, P + N + 1)):
-            work.fields[P : P + 3] = 0.0
-            work.fields[(loads, *(n // 2 for n in self.shape))] = 1.0
-            multiply(work, P, U, 0, 3, 0, 3, 0, 3, 0, 0, self.shape[1], 0, 0, self.shape[1])
-            both.append(np.moveaxis(work.fields[U : U + 3], 0, -1).copy())
-        return np.concatenate([both[0][..., :N], both[1][..., N:]], axis=-1)
-
-    def strips(self, motion: Motion) -> tuple[NDArray[np.float32], float]:
-        """Return how strips of half-spaces slip in a kind of motion, and slip of an element due to itself."""
-        kind = type(motion), getattr(motion, "dx", 1.0)
-        if kind not in self.motions:
-            own = motion.elastic_slip(self.by_one[..., :N])[tuple(n // 2 for n in self.shape)]
-            strips = Strips.on_half_spaces(self.flat.restricted(TANGENTIAL), motion)
-            self.motions[kind] = np.concatenate([strips.slip, strips.behind]), float(np.mean(own))
-        return self.motions[kind]
-
-
-def _kernels(operator: GridOperator) -> Array:
-    """Return the kernels (m m, waves, loaded strip, observed strip) of an operator."""
-    m, waves = len(operator.directions), len(operator.transformed)
-    n_s = operator.transformed.shape[1] // m
-    parts = operator.transformed.reshape(waves, n_s, m, n_s, m).transpose(2, 4, 0, 3, 1)
-    return np.ascontiguousarray(parts, float).reshape(m * m, waves, n_s, n_s)
-
-
-_BODIES: WeakKeyDictionary[Any, Bodies] = WeakKeyDictionary()
-
-
-def small_bodies(operator: Any, flat: Convolution, shape: tuple[int, ...]) -> Bodies | None:
-    """Return the ICs in compiled form, made once for an operator; None if the grid is large, or ICs unknown."""
-    if max(shape) > MOST_ELEMENTS or not isinstance(operator, GridOperator | Convolution):
-        return None
-    bodies = _BODIES.get(operator)
-    if bodies is None or bodies.flat is not flat:
-        grid = operator if isinstance(operator, GridOperator) else GridOperator.from_convolution(operator)
-        if grid.directions not in ((X, S, N), (N,)):
-            return None
-        bodies = _BODIES[operator] = Bodies(grid, flat)
-    return bodies
-
-
-def solve_normal(
-    bodies: Bodies,
-    distance: Array,
-    cosine: Array,
-    load: float | None,
-    approach: float | None,
-    start: Array | None,
-    tolerance: float,
-) -> tuple[Array, Array, float, int, int, float] | None:
-    """Return pressures, gaps, approach, iterations, products and error of a contact, None where it is not found.
-
-    `load` is the sum of c p [MPa].
-    """
-    work = bodies.contact(0)
-    work.given[H], work.given[COSINE] = distance, cosine
-    if start is not None:
-        work.fields[P + N] = start
-    given = np.nan if load is None else load, 0.0 if approach is None else approach
-    zeta, iterations, products, error = press(work, *given, tolerance)
-    if np.isnan(error):
-        return None
-    return work.fields[P + N].copy(), work.fields[GAP].copy(), zeta, iterations, products, error
-
-
-class Surfaces(NamedTuple):
-    """Undeformed distance (n_x, n_s), inclination and friction coefficient (n_s,), and the area of an element."""
-
-    distance: Array
-    inclination: Array
-    friction: Array | float
-    area: float
-
-
-def frictional(bodies: Bodies, surfaces: Surfaces, motion: Motion, loading: Loading) -> Work:
-    """Return a contact with friction after a motion, in compiled form."""
-    work = bodies.contact(len(motion.free))
-    shape, by_load = surfaces.distance.shape, loading.load is not None
-    strips, slip_of_one = bodies.strips(motion)
-    compliance = float(bodies.by_one[(*(n // 2 for n in shape), N)])
-    rolling = isinstance(motion, SteadyRolling)
-    work.strips[:] = strips
-    work.numbers[:] = compliance, 1 / slip_of_one, 1 / motion.dx if rolling else 1.0
-    settings, given = work.settings, work.given
-    settings[K_GIVEN], settings[BY_LOAD] = len(motion.free) + by_load, by_load
-    settings[STEADY] = rolling and not isinstance(motion, RollingStep)
-    settings[CENTRED], settings[DEPTH] = rolling and motion.order > 1, motion.depth
-    slip, cosine = motion.given_at(0.0), np.cos(surfaces.inclination)
-    per_approach = motion.given_at(1.0) - slip
-    given[H], given[COSINE], given[FRICTION] = surfaces.distance, cosine, surfaces.friction
-    given[GIVEN : GIVEN + 2] = np.moveaxis(slip, -1, 0)
-    given[PER_APPROACH : PER_APPROACH + 2] = np.moveaxis(per_approach, -1, 0)
-    for k, (free, slip) in enumerate(zip(motion.free, motion.free_slips, strict=True)):
-        given[MODES + 5 * k : MODES + 5 * k + 2] = np.moveaxis(slip, -1, 0)
-        given[MODES + 5 * k + 2 : MODES + 5 * k + 5] = np.moveaxis(free.weights, -1, 0)
-        work.small[TARGETS, k] = free.force
-    if by_load:
-        load = MODES + 5 * len(motion.free)
-        given[load : load + 2] = compliance * np.moveaxis(per_approach, -1, 0)
-        given[load + 3] = -surfaces.area * np.sin(surfaces.inclination)
-        given[load + 4] = surfaces.area * cosine
-        work.small[TARGETS, len(motion.free)] = loading.load
-    return work
-
-
-class Found(NamedTuple):
-    """Tractions, displacements and slip beside elements (n_x, n_s, 3 or 2), and where elements stick."""
-
-    p: Array
-    u: Array
-    slip: Array
-    stick: Mask
-    amplitudes: Array
-    approach: float
-
-
-def solve_frictional(
-    bodies: Bodies,
-    surfaces: Surfaces,
-    motion: Motion,
-    loading: Loading,
-    tolerance: float,
-    start: tuple[Array, Array, float] | None = None,
-) -> Found | None:
-    """Return the contact, None where it is not found; `start` are tractions, amplitudes, approach."""
-    work = frictional(bodies, surfaces, motion, loading)
-    load = np.nan if loading.load is None else loading.load / surfaces.area
-    for is_started in (True, False):
-        if is_started and start is None:
-            continue
-        work.fields[P : P + 3] = np.moveaxis(start[0], -1, 0) if is_started else 0.0
-        work.small[C, :-1] = start[1] if start is not None else 0.0
-        work.small[C, -1] = loading.approach if loading.load is None else start[2] if is_started else 0.0
-        if not is_started:
-            approach, _, _, error = press(work, load, work.small[C, -1], ROUGH)
-            if np.isnan(error):
-                return None
-            work.small[C, -1] = approach
-            if np.any(work.given[FRICTION]) and not newton(work, ROUGH, True):
-                return None
-        if newton(work, tolerance, False):
-            return _found(work)
-    return None
-
-
-def _found(work: Work) -> Found:
-    p, u, slip = (
-        np.moveaxis(work.fields[first : first + size], 0, -1).copy()
-        for first, size in ((P, 3), (U, 3), (SLIP, 2))
-    )
-    m, lists = work.settings[M], work.lists
-    stick = np.zeros(p.shape[:2], bool)
-    stick[lists[FREE_X, :m], lists[FREE_S, :m]] = work.elements[STICK, :m] > 0
-    stick = np.take_along_axis(stick, work.whole[FOLLOWED], axis=0)
-    return Found(p, u, slip, stick, work.small[C, :-1].copy(), float(work.small[C, -1]))

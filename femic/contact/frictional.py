@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from femic.contact import compiled, coupled
+from femic.contact import coupled
 from femic.contact.coupled import Coupled, Guess, State
 from femic.contact.estimates import SlipState
 from femic.contact.friction import coulomb
@@ -24,6 +24,7 @@ from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall, pressures
 from femic.contact.patch import Box, Extent, extents, in_global_axes, near_ends
+from femic.contact.small import Found, solve_frictional
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure
 from geometries.patches import N, S
@@ -176,7 +177,7 @@ class _Solution:
 
     def from_start(self, start: FrictionalContact | None) -> FrictionalContact:
         """Return the contact, from one to begin with, or from those on coarser grids."""
-        if contact := self.by_compiled(start):
+        if contact := self.in_compiled_loops(start):
             return contact
         if start is not None:
             same = len(start.amplitudes) == len(self.motion.free)
@@ -190,27 +191,23 @@ class _Solution:
         contact = self.robustly(Guess(p, coarser.amplitudes, coarser.approach))
         return replace(contact, coarser=coarser)
 
-    def by_compiled(self, start: FrictionalContact | None) -> FrictionalContact | None:
-        """Return the contact on a small grid by compiled loops, None where these do not find it."""
-        problem, motion, begin = self.problem, self.motion, None
-        bodies = compiled.small_bodies(problem.operator, problem.flat, problem.distance.shape)
-        if bodies is None:
+    def in_compiled_loops(self, start: FrictionalContact | None) -> FrictionalContact | None:
+        """Return the contact on a small grid, None where it is large, or the contact is not found."""
+        problem, motion, small, begin = self.problem, self.motion, self.problem.small, None
+        if small is None:
             return None
         if start is not None and np.any(start.in_contact):
             same = len(start.amplitudes) == len(motion.free)
-            begin = start.p, start.amplitudes if same else np.zeros(len(motion.free)), start.approach
-        surfaces = compiled.Surfaces(
-            problem.distance, problem.inclination, problem.coefficients, problem.grid.area
-        )
-        found = compiled.solve_frictional(bodies, surfaces, motion, self.loading, self.tolerance, begin)
+            amplitudes = start.amplitudes if same else np.zeros(len(motion.free))
+            begin = Found(start.p, start.u, start.slip, start.stick, amplitudes, start.approach)
+        found = solve_frictional(small, motion, self.loading, begin, self.tolerance)
         if found is None or self.share_of_pressures(found.p) < LEAST_PRESSED:
             return None
-        gap = found.u[..., N] + problem.distance - found.approach * np.cos(problem.inclination)
-        gap = np.where(found.p[..., N] > 0, 0.0, gap)
-        tangential = Tangential(
-            found.p[..., :N], motion.at_elements(found.slip), found.stick, found.amplitudes
-        )
-        return FrictionalContact(problem, motion, found.p, found.u, gap, found.approach, tangential, turns=0)
+        p, u, slip, stick, amplitudes, approach = found
+        gap = u[..., N] + problem.distance - approach * np.cos(problem.inclination)
+        tangential = Tangential(p[..., :N], motion.at_elements(slip), stick, amplitudes)
+        gap = np.where(p[..., N] > 0, 0.0, gap)
+        return FrictionalContact(problem, motion, p, u, gap, approach, tangential, turns=0)
 
     def coarser(self) -> FrictionalContact | None:
         """Return the contact on elements twice as large, None where it has no solution or is not possible."""

@@ -12,6 +12,7 @@ from femic.contact.operators.convolution import Convolution, Waves
 from femic.contact.operators.dense import coarsened, restrict_to
 from femic.contact.operators.protocols import FullOperator, Operator
 from femic.contact.patch import MARGIN, Box
+from femic.contact.small import SmallContact
 from geometries.arrays import Array
 from geometries.errors import WrongInput
 from geometries.patches import Grid, N, S, X
@@ -74,6 +75,13 @@ class FrictionalProblem:
             self.distance,
             np.cos(self.inclination),
         )
+
+    @property
+    def small(self) -> SmallContact | None:
+        """The contact for compiled loops, None if the grid is large."""
+        cosine, sine = np.cos(self.inclination), np.sin(self.inclination)
+        others = cosine, self.grid.area, sine, self.coefficients
+        return SmallContact.make(self.operator, self.flat, self.distance, *others)
 
     @cached_property
     def tangential(self) -> Operator:

@@ -18,12 +18,12 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, cg
 
-from femic.contact.compiled import Bodies, small_bodies, solve_normal
 from femic.contact.estimates import SlipState
 from femic.contact.loading import Loading
 from femic.contact.operators.convolution import Convolution
 from femic.contact.operators.protocols import Operator
 from femic.contact.patch import MARGIN, Extent, block_mean, extents, near_ends
+from femic.contact.small import SmallContact, solve_normal
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure, WrongInput
 from geometries.patches import Grid
@@ -199,9 +199,9 @@ class NormalProblem:
         )
 
     @property
-    def small(self) -> Bodies | None:
-        """The ICs for compiled loops, None if the grid is large."""
-        return small_bodies(self.operator, self.flat, self.distance.shape)
+    def small(self) -> SmallContact | None:
+        """The contact for compiled loops, None if the grid is large."""
+        return SmallContact.make(self.operator, self.flat, self.distance, self.cosine, self.grid.area)
 
     @property
     def bounded(self) -> Bounded:
@@ -354,18 +354,14 @@ def _solve_from_coarser(
     problem: NormalProblem, loading: Loading, start: Array | None, tolerance: float
 ) -> NormalContact:
     coarser, load = None, loading.load
-    load = None if load is None else load / problem.grid.area
-    if problem.small is not None:
-        found = solve_normal(
-            problem.small, problem.distance, problem.cosine, load, loading.approach, start, tolerance
-        )
-        if found is not None:
-            return NormalContact(problem, PressureSolution(*found), None, loading, tolerance)
+    if (small := problem.small) and (found := solve_normal(small, loading, start, tolerance)):
+        return NormalContact(problem, PressureSolution(*found), None, loading, tolerance)
     if problem.has_coarser:
         coarse_start = None if start is None else block_mean(start)
         coarser = _solve_from_coarser(problem.coarsened, loading, coarse_start, tolerance)
         if start is None:
             start = coarser.p.repeat(2, axis=0).repeat(2, axis=1)
+    load = None if load is None else load / problem.grid.area
     solution = pressures(
         problem.bounded, load=load, approach=loading.approach, start=start, tolerance=tolerance
     )

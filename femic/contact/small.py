@@ -1,0 +1,267 @@
+"""Small contacts: ICs, distance and motion in the arrays of compiled loops, and what these find.
+
+ICs take their form once for an operator, and motions once for a kind of motion, so that a contact that is
+solved again and again, or with another load, friction or creepages, costs little more than its solution.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femic.contact import compiled as at
+from femic.contact.compiled import Work, multiply, newton, press
+from femic.contact.friction.law import Strips
+from femic.contact.friction.motion import Motion, RollingStep, SteadyRolling
+from femic.contact.loading import Loading
+from femic.contact.operators.convolution import Convolution, Waves
+from femic.contact.operators.dense import GridOperator, strip_lags
+from geometries.arrays import Array, Mask
+from geometries.patches import N, S, X
+
+MOST_ELEMENTS = 64  # along x or s of grids that are small
+VANISHES = 1e-14  # size of a kernel over the largest one up to which it is zero by symmetry
+ROUGH = 1e-3  # tolerance of tangential tractions at pressures that they are going to change
+TANGENTIAL = (X, S)
+
+
+class Bodies:
+    """ICs of two bodies on a small grid, in the form of compiled loops, with their preconditioners."""
+
+    def __init__(self, operator: GridOperator, flat: Convolution) -> None:
+        m = len(operator.directions)
+        waves, unknowns, _ = operator.transformed.shape
+        self.shape = n_x, _ = operator.n_x, unknowns // m
+        self.flat, self.directions = flat, operator.directions
+        x = np.arange((n_x + 1) // 2) - (n_x - 1) / 2
+        phases = np.pi / n_x * np.outer(np.arange(waves), x)
+        self.waves = np.stack([np.cos(phases), np.sin(phases)])
+        parts = [_kernels(operator), self._on_ring(flat.restricted((N,)).ring_inverse, (N,))]
+        if m > 1:
+            parts.append(self._on_ring(flat.restricted(TANGENTIAL).strips_alone, TANGENTIAL))
+        sizes = [np.max(np.abs(part), axis=(1, 2, 3)) for part in parts]
+        there = [size > VANISHES * np.max(size) for size in sizes]
+        self.there = np.concatenate(there).astype(np.int64)
+        self.kernels = np.concatenate(parts)
+        self.motions: dict[tuple[type[Motion], float], tuple[NDArray[np.float32], float]] = {}
+
+    def _on_ring(self, waves: Waves, directions: tuple[int, ...]) -> Array:
+        """Return the kernels of a map by waves on a ring."""
+        n_x, n_s = self.shape
+        lags = np.fft.irfft2(waves.factors, waves.padded, axes=(0, 1))[:n_x]
+        between = (strip_lags(n_s) - (n_s - 1)) % waves.padded[1]
+        return _kernels(GridOperator.from_ics(lags[:, between], directions))
+
+    def work(self, modes: int) -> Work:
+        """Return the arrays of a contact with some free modes, without distance and motion."""
+        n_x, n_s = self.shape
+        n, k, half = n_x * n_s, modes + 1, self.waves.shape[2]
+        settings = np.zeros(at.K_GIVEN + 1, np.int64)
+        m = len(self.directions)
+        settings[at.OPERATOR], settings[at.STRIDE], settings[at.RING] = (0, 3, 9) if m > 1 else (-N, 0, 1)
+        vectors = at.COLUMNS + k + 2 * at.MOST_VECTORS + 1 if m > 1 else 1
+        return Work(
+            self.kernels,
+            self.there,
+            self.waves,
+            np.zeros((4, n_x, n_x), np.float32),
+            np.zeros((at.MODES + 5 * k, n_x, n_s)),
+            settings,
+            np.zeros(at.BY_LENGTH + 1),
+            np.zeros((at.FIELDS, n_x, n_s)),
+            np.zeros((at.WAS_ACTIVE + 1, n_x, n_s), np.int64),
+            np.zeros((at.BEGINS + 1, n + 1), np.int64),
+            np.zeros((at.NUMBERS, n)),
+            np.empty((2, n_s, n_x, n_x), np.float32),
+            np.zeros((2, n_s, n_x), np.int64),
+            np.empty((vectors, 3 * n + k)),
+            np.zeros((at.MATRICES + 2 * k, k)),
+            np.zeros((at.MOST_VECTORS + 4, at.MOST_VECTORS + 1)),
+            np.zeros((12, half, n_s)),
+            np.zeros((8, n_s)),
+        )
+
+    @cached_property
+    def by_one(self) -> Array:
+        """Displacements (n_x, n_s, 3) due to 1 MPa on the middle element: along x and s, and along n."""
+        work, both, everywhere = self.work(0), [], (0, 0, self.shape[1])
+        for loads in (slice(at.P, at.P + N), slice(at.P + N, at.P + N + 1)):
+            work.fields[at.P : at.P + 3] = 0.0
+            work.fields[(loads, *(n // 2 for n in self.shape))] = 1.0
+            multiply(work, at.P, at.U, (0, 3), (0, 3), (0, 3), everywhere, everywhere)
+            both.append(np.moveaxis(work.fields[at.U : at.U + 3], 0, -1).copy())
+        return np.concatenate([both[0][..., :N], both[1][..., N:]], axis=-1)
+
+    def strips(self, motion: Motion) -> tuple[NDArray[np.float32], float]:
+        """Return how strips of half-spaces slip in a kind of motion, and slip of an element due to itself."""
+        kind = type(motion), getattr(motion, "dx", 1.0)
+        if kind not in self.motions:
+            own = motion.elastic_slip(self.by_one[..., :N])[tuple(n // 2 for n in self.shape)]
+            strips = Strips.on_half_spaces(self.flat.restricted(TANGENTIAL), motion)
+            self.motions[kind] = np.concatenate([strips.slip, strips.behind]), float(np.mean(own))
+        return self.motions[kind]
+
+
+def _kernels(operator: GridOperator) -> Array:
+    """Return the kernels (m m, waves, loaded strip, observed strip) of an operator."""
+    m, waves = len(operator.directions), len(operator.transformed)
+    n_s = operator.transformed.shape[1] // m
+    parts = operator.transformed.reshape(waves, n_s, m, n_s, m).transpose(2, 4, 0, 3, 1)
+    return np.ascontiguousarray(parts, float).reshape(m * m, waves, n_s, n_s)
+
+
+_BODIES: WeakKeyDictionary[Any, Bodies] = WeakKeyDictionary()
+
+
+def _bodies(operator: Any, flat: Convolution) -> Bodies | None:
+    """Return the ICs of an operator, made once; None where nothing is known of it."""
+    bodies = _BODIES.get(operator)
+    if bodies is not None and bodies.flat is flat:
+        return bodies
+    if isinstance(operator, Convolution):
+        grid = GridOperator.from_convolution(operator)
+    elif isinstance(operator, GridOperator):
+        grid = operator
+    else:
+        return None
+    if grid.directions not in ((X, S, N), (N,)):
+        return None
+    bodies = _BODIES[operator] = Bodies(grid, flat)
+    return bodies
+
+
+# --- contacts ---
+
+
+@dataclass(frozen=True, eq=False)
+class SmallContact:
+    """Bodies, their undeformed distance (n_x, n_s), how surfaces incline, friction, and the area of elements.
+
+    `cosine` and `sine` of the inclination and the coefficient of `friction` are (n_s,) or one number.
+    """
+
+    bodies: Bodies
+    distance: Array
+    cosine: Array
+    area: float
+    sine: Array | float = 0.0
+    friction: Array | float = 0.0
+
+    @classmethod
+    def make(cls, operator: Any, flat: Convolution, distance: Array, *others: Any) -> "SmallContact | None":
+        """Return the contact; None if its grid is large, or nothing is known of its operator."""
+        bodies = None if max(distance.shape) > MOST_ELEMENTS else _bodies(operator, flat)
+        return None if bodies is None else cls(bodies, distance, *others)
+
+    def work(self, modes: int) -> Work:
+        """Return the arrays of a contact with some free modes, with its surfaces."""
+        work = self.bodies.work(modes)
+        given = work.given
+        given[at.H], given[at.COSINE], given[at.FRICTION] = self.distance, self.cosine, self.friction
+        return work
+
+    def work_with_friction(self, motion: Motion, loading: Loading) -> Work:
+        """Return the arrays of the contact after a motion."""
+        work, free = self.work(len(motion.free)), motion.free
+        strips, slip_of_one = self.bodies.strips(motion)
+        compliance = float(self.bodies.by_one[(*(n // 2 for n in self.distance.shape), N)])
+        by_load, settings, given = loading.load is not None, work.settings, work.given
+        work.strips[:] = strips
+        work.numbers[:] = compliance, 1 / slip_of_one, 1.0
+        settings[at.K_GIVEN], settings[at.BY_LOAD] = len(free) + by_load, by_load
+        settings[at.DEPTH] = motion.depth
+        if isinstance(motion, SteadyRolling):
+            work.numbers[at.BY_LENGTH] = 1 / motion.dx
+            settings[at.CENTRED] = motion.order > 1
+            settings[at.STEADY] = not isinstance(motion, RollingStep)
+        slip = motion.given_at(0.0)
+        per_approach = np.moveaxis(motion.given_at(1.0) - slip, -1, 0)
+        given[at.GIVEN : at.GIVEN + 2] = np.moveaxis(slip, -1, 0)
+        given[at.PER_APPROACH : at.PER_APPROACH + 2] = per_approach
+        modes = given[at.MODES :].reshape(-1, 5, *self.distance.shape)
+        for mode, one, slip in zip(modes, free, motion.free_slips, strict=False):
+            mode[:2], mode[2:] = np.moveaxis(slip, -1, 0), np.moveaxis(one.weights, -1, 0)
+        work.small[at.TARGETS, : len(free)] = [one.force for one in free]
+        if by_load:
+            modes[-1, :2] = compliance * per_approach
+            modes[-1, 3], modes[-1, 4] = -self.area * self.sine, self.area * self.cosine
+            work.small[at.TARGETS, -1] = loading.load
+        return work
+
+
+def solve_normal(
+    contact: SmallContact, loading: Loading, start: Array | None, tolerance: float
+) -> tuple[Array, Array, float, int, int, float] | None:
+    """Return pressures, gaps, approach, iterations, products and error; None where the contact is not found.
+
+    `start` are pressures to begin with.
+    """
+    work = contact.work(0)
+    if start is not None:
+        work.fields[at.P + N] = start
+    approach, iterations, products, error = press(work, *_given(contact, loading), tolerance)
+    if np.isnan(error):
+        return None
+    return work.fields[at.P + N].copy(), work.fields[at.GAP].copy(), approach, iterations, products, error
+
+
+def _given(contact: SmallContact, loading: Loading) -> tuple[float, float]:
+    """Return the sum of c p [MPa], NaN where the approach is given, and this."""
+    load = np.nan if loading.load is None else loading.load / contact.area
+    return load, 0.0 if loading.approach is None else loading.approach
+
+
+class Found(NamedTuple):
+    """Tractions and displacements (n_x, n_s, 3), slip as the motion has it (n_x, n_s, 2), and what sticks.
+
+    `amplitudes` are those of the free modes of the motion.
+    """
+
+    p: Array
+    u: Array
+    slip: Array
+    stick: Mask
+    amplitudes: Array
+    approach: float
+
+
+def solve_frictional(
+    contact: SmallContact, motion: Motion, loading: Loading, start: Found | None, tolerance: float
+) -> Found | None:
+    """Return the contact with friction after a motion, None where it is not found.
+
+    It begins with `start`, of which tractions, amplitudes and approach count; without one, or where that does
+    not lead on, with pressures without friction, and tangential tractions at these.
+    """
+    work = contact.work_with_friction(motion, loading)
+    load, approach = _given(contact, loading)
+    amplitudes = work.small[at.C]
+    if start is not None:
+        work.fields[at.P : at.P + 3] = np.moveaxis(start.p, -1, 0)
+        amplitudes[:-1] = start.amplitudes
+        amplitudes[-1] = start.approach if loading.approach is None else approach
+        if newton(work, tolerance, False):
+            return _found(work)
+        amplitudes[:-1] = start.amplitudes
+        work.fields[at.P : at.P + 3] = 0.0
+    amplitudes[-1], _, _, error = press(work, load, approach, ROUGH)
+    if np.isnan(error):
+        return None
+    if np.any(contact.friction) and not newton(work, ROUGH, True):
+        return None
+    return _found(work) if newton(work, tolerance, False) else None
+
+
+def _found(work: Work) -> Found:
+    p, u, slip = (
+        np.moveaxis(work.fields[first : first + size], 0, -1).copy()
+        for first, size in ((at.P, 3), (at.U, 3), (at.SLIP, 2))
+    )
+    m, lists = work.settings[at.M], work.lists
+    stick = np.zeros(p.shape[:2], bool)
+    stick[lists[at.FREE_X, :m], lists[at.FREE_S, :m]] = work.elements[at.STICK, :m] > 0
+    stick = np.take_along_axis(stick, work.whole[at.FOLLOWED], axis=0)
+    return Found(p, u, slip, stick, work.small[at.C, :-1].copy(), float(work.small[at.C, -1]))

@@ -1,0 +1,239 @@
+"""Contacts by compiled loops: products beside the operator's, contacts beside those of the other solvers.
+
+These are independent in all but the method: own products, own linear algebra, own bookkeeping. Coulomb's law is
+checked as a reader would (`friction_problems`).
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from femic.contact import compiled as at
+from femic.contact import frictional, normal, small
+from femic.contact.compiled import multiply
+from femic.contact.friction import law, motion
+from femic.contact.friction.coulomb import ForcesBeyondFriction
+from femic.contact.friction.motion import Creepages, RollingStep, Shift, SteadyRolling
+from femic.contact.loading import Loading
+from femic.contact.operators.dense import GridOperator
+from geometries.patches import N
+from tests.femic.contact.friction_problems import MIXED, groove, law_errors, paraboloids, wheel_on
+
+LOADING = Loading(4000.0)
+SHARP = 1e-9  # tolerance of contacts that are compared
+CREEPAGES = Creepages(-8e-4, 5e-4, 1e-4)
+
+
+def found(problem, motion, loading=LOADING, start=None, tolerance=SHARP):
+    """The contact in compiled loops, which must find it."""
+    solution = frictional._Solution(problem, motion, loading, tolerance)
+    contact = solution.in_compiled_loops(start)
+    assert contact is not None
+    return contact
+
+
+def by_others(problem, motion, loading=LOADING):
+    """The contact by the solvers for any grid."""
+    most, small.MOST_ELEMENTS = small.MOST_ELEMENTS, 0
+    try:
+        return frictional.solve(problem, motion, loading, tolerance=SHARP)
+    finally:
+        small.MOST_ELEMENTS = most
+
+
+def assert_equal(here, there):
+    """Tractions, slip, stick, approach and amplitudes are equal, but for rounding that iterations amplify."""
+    largest = there.pressures.max()
+    np.testing.assert_allclose(here.p, there.p, atol=1e-7 * largest)
+    np.testing.assert_array_equal(here.stick, there.stick)
+    np.testing.assert_allclose(here.slip, there.slip, atol=1e-6 * np.max(np.abs(there.slip)) + 1e-300)
+    np.testing.assert_allclose(here.u, there.u, atol=1e-7 * np.max(np.abs(there.u)))
+    np.testing.assert_allclose(here.gap, there.gap, atol=1e-7 * np.max(np.abs(there.u)))
+    assert here.approach == pytest.approx(there.approach, rel=1e-8)
+    assert here.amplitudes == pytest.approx(there.amplitudes, rel=1e-6)
+
+
+def steady(problem, order=2, creepages=CREEPAGES):
+    rolling = wheel_on(problem, order=order).rolling
+    return SteadyRolling(rolling.rigid_slip(creepages), dx=problem.grid.dx, order=order)
+
+
+def rough(problem, size=2e-3):
+    """A slip without any symmetry."""
+    return size * np.random.default_rng(5).uniform(-1, 1, (*problem.distance.shape, 2)) + [size, 0.0]
+
+
+# --- products ---
+
+
+@pytest.mark.parametrize("n_x", [11, 12])
+@pytest.mark.parametrize(("rows", "strips"), [((0, 12), (0, 9)), ((3, 8), (2, 7)), ((5, 6), (8, 9))])
+def test_products_are_those_of_the_operator(n_x, rows, strips):
+    """Also with an odd number of rows, and of some rows and strips only."""
+    problem = groove(n_x, 9, materials=MIXED)
+    contact = problem.small
+    tractions = np.zeros((n_x, 9, 3))
+    place = slice(rows[0], min(rows[1], n_x)), slice(*strips)
+    tractions[place] = np.random.default_rng(3).normal(size=tractions[place].shape)
+    work = contact.bodies.work(0)
+    work.fields[at.P : at.P + 3] = np.moveaxis(tractions, -1, 0)
+    low = min(rows[0], n_x - min(rows[1], n_x))
+    multiply(work, at.P, at.U, (0, 3), (0, 3), (0, 3), (low, *strips), (0, 0, 9))
+    u = np.moveaxis(work.fields[at.U : at.U + 3], 0, -1)
+    expected = GridOperator.from_convolution(problem.operator)(tractions)
+    np.testing.assert_allclose(u, expected, atol=1e-13 * np.max(np.abs(expected)))
+    work.fields[at.U : at.U + 3] = np.nan
+    multiply(work, at.P, at.U, (0, 3), (0, 2), (0, 3), (low, *strips), (low, *strips))
+    part = np.moveaxis(work.fields[at.U : at.U + 3], 0, -1)[low : n_x - low, slice(*strips)]
+    here = GridOperator.from_convolution(problem.operator)(tractions * [1, 1, 0])
+    np.testing.assert_allclose(part, here[low : n_x - low, slice(*strips)], atol=1e-13 * np.max(np.abs(here)))
+
+
+def test_inverse_by_waves_is_that_of_half_spaces():
+    problem = groove(10, 12)
+    work = problem.small.bodies.work(0)
+    values = np.random.default_rng(4).normal(size=(10, 12, 3))
+    work.fields[at.ONE : at.ONE + 3] = np.moveaxis(values, -1, 0)
+    everywhere = 0, 0, 12
+    ring = work.settings[at.RING] - N
+    multiply(work, at.ONE, at.MOVED, (ring, 0), (N, N + 1), (N, N + 1), everywhere, everywhere)
+    expected = problem.ring_inverse(values[..., N:])[..., 0]
+    np.testing.assert_allclose(work.fields[at.MOVED + N], expected, atol=1e-12 * np.max(np.abs(expected)))
+    multiply(work, at.ONE, at.MOVED, (at.ALONE, at.ALONE_STRIDE), (0, 2), (0, 2), everywhere, everywhere)
+    alone = problem.flat.restricted((0, 1)).strips_alone(values[..., :N])
+    result = np.moveaxis(work.fields[at.MOVED : at.MOVED + 2], 0, -1)
+    np.testing.assert_allclose(result, alone, atol=0.02 * np.max(np.abs(alone)))  # odd parts on the ring
+
+
+def test_constants_are_those_of_the_other_solvers():
+    assert (at.LOOSEST, at.MOST_VECTORS, at.SINGULAR) == (law.LOOSEST, law.MOST_VECTORS, law.SINGULAR)
+    assert at.LEAST_PER_DEPTH == motion.LEAST_PER_DEPTH
+
+
+# --- pressures ---
+
+
+@pytest.mark.parametrize("problem", [paraboloids(), groove(), groove(21, 17, materials=MIXED)], ids=str)
+@pytest.mark.parametrize("loading", [Loading(4000.0), Loading(approach=0.02)], ids=str)
+def test_pressures_are_those_of_the_other_solver(problem, loading, for_any_grid, monkeypatch):
+    given = {"load": loading.load, "approach": loading.approach}
+    there = normal.solve(problem.normal, **given, tolerance=1e-11)
+    monkeypatch.undo()
+    assert problem.normal.small is not None
+    for start in (None, there.p[::-1], 0 * there.p):
+        here = normal.solve(problem.normal, **given, start=start, tolerance=1e-11)
+        assert here.begun_on is None
+        np.testing.assert_allclose(here.p, there.p, atol=1e-9 * there.p.max())
+        np.testing.assert_allclose(here.gap, there.gap, atol=1e-9 * there.gap.max())
+        assert here.approach == pytest.approx(there.approach, rel=1e-9)
+    if there.coarser is not None:
+        np.testing.assert_allclose(here.coarser.p, there.coarser.p, atol=1e-9 * there.p.max())
+
+
+def test_contact_where_it_is_not_possible_and_where_nothing_touches(for_any_grid, monkeypatch):
+    problem = paraboloids()
+    distance = problem.distance.copy()
+    distance[:, 11:] = distance[0] = np.inf
+    problem = replace(problem.normal, distance=distance)
+    there = normal.solve(problem, load=500.0, tolerance=1e-10)
+    above = normal.solve(problem, approach=-1.0)
+    monkeypatch.undo()
+    here = normal.solve(problem, load=500.0, tolerance=1e-10)
+    np.testing.assert_allclose(here.p, there.p, atol=1e-8 * there.p.max())
+    assert not normal.solve(problem, approach=-1.0).p.any()
+    assert not above.p.any()
+
+
+# --- tractions ---
+
+PROBLEMS = {
+    "half-spaces": paraboloids(),
+    "two materials": paraboloids(18, 17, materials=MIXED, friction=0.5),
+    "groove": groove(),
+    "groove of two materials, odd": groove(21, 23, materials=MIXED, friction=0.4),
+    "factors": replace(groove(), factor=np.linspace(0.0, 1.0, 24).round(1)),
+}
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize("kind", ["second order", "first order", "step", "shift", "pressed"])
+def test_contacts_are_those_of_the_other_solvers(name, kind):
+    problem = PROBLEMS[name]
+    none = np.zeros((*problem.distance.shape, 2))
+    rigid = wheel_on(problem).rolling.rigid_slip(CREEPAGES)
+    given = {
+        "second order": lambda: steady(problem),
+        "first order": lambda: steady(problem, 1),
+        "step": lambda: RollingStep(rigid, dx=problem.grid.dx, before=1e-3 * (none + [1.0, -0.5])),
+        "shift": lambda: Shift(rough(problem), before=rough(problem, 1e-4)),
+        "pressed": lambda: Shift(none, per_approach=np.sin(problem.inclination), approach_before=1e-3),
+    }[kind]()
+    there = by_others(problem, given)
+    here = found(problem, given)
+    assert_equal(here, there)
+    assert_equal(found(problem, given, Loading(approach=there.approach)), there)
+    assert_equal(found(problem, given, start=there), there)
+
+
+@pytest.mark.parametrize("name", ["two materials", "groove"])
+def test_creepages_from_forces_are_those_of_the_other_solvers(name):
+    problem = PROBLEMS[name]
+    there = wheel_on(problem).contact(CREEPAGES, LOADING, tolerance=SHARP).contact
+    forces = {"longitudinal": 0.5 * there.force[0], "lateral": there.force[1]}
+    rolling, most = wheel_on(problem), small.MOST_ELEMENTS
+    small.MOST_ELEMENTS = 0
+    try:
+        expected = rolling.contact(CREEPAGES, LOADING, forces=forces, tolerance=SHARP)
+    finally:
+        small.MOST_ELEMENTS = most
+    here = rolling.contact(CREEPAGES, LOADING, forces=forces, tolerance=SHARP)
+    assert here.contact.turns == 0
+    assert_equal(here.contact, expected.contact)
+    assert here.creepages.longitudinal == pytest.approx(expected.creepages.longitudinal, rel=1e-6)
+    with pytest.raises(ForcesBeyondFriction):
+        rolling.contact(CREEPAGES, LOADING, forces={"longitudinal": 0.6 * LOADING.load})
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("name", ["two materials", "groove of two materials, odd"])
+def test_law_holds_as_a_reader_would_check_it(name, order):
+    problem = PROBLEMS[name]
+    given = steady(problem, order)
+    contact = found(problem, given, tolerance=1e-7)
+    rigid = wheel_on(problem, order=order).rolling.rigid_slip(CREEPAGES)
+    assert max(law_errors(contact, rigid, order=order, dx=problem.grid.dx)) < 1e-5
+    assert contact.stick.any()
+    assert (contact.in_contact & ~contact.stick).any()
+
+
+@pytest.mark.parametrize("share", [0.0, 1e-4, 30.0])
+def test_contacts_without_slip_and_with_full_sliding(share):
+    """No rigid slip: no tractions of equal bodies; much: all slides against it."""
+    problem = PROBLEMS["half-spaces"]
+    given = steady(problem, creepages=Creepages(-share * 1e-3, 0.0, 0.0))
+    contact = found(problem, given)
+    q = np.linalg.norm(contact.p[..., :N], axis=-1)
+    if share == 0:
+        assert np.max(q) <= 1e-9 * contact.pressures.max()
+    elif share > 1:
+        np.testing.assert_allclose(q, 0.3 * contact.pressures, atol=1e-8 * contact.pressures.max())
+        assert contact.sliding_share == 1.0
+        assert np.all(contact.p[..., 0][q > 0] > 0)  # the wheel is braked
+    assert_equal(contact, by_others(problem, given))
+
+
+def test_large_grids_and_unknown_operators_are_left_to_others(for_any_grid):
+    assert PROBLEMS["groove"].small is None
+
+
+def test_unknown_operators_are_left_to_others():
+    problem = replace(PROBLEMS["groove"], operator=lambda p: p)
+    assert problem.small is None
+
+
+def test_bodies_are_made_once_for_an_operator():
+    problem = groove()
+    assert problem.small.bodies is replace(problem, friction=0.1).small.bodies
+    flat = groove().flat
+    assert replace(problem, flat=flat).small.bodies.flat is flat
