@@ -34,6 +34,7 @@ LOOSEST = 0.1  # relative residual of the linear equations
 MOST_VECTORS = 80  # of GMRES
 SINGULAR = 1e-8  # share of the largest entry below which pivots of amplitudes are zero
 LEAST_PER_DEPTH = 6  # elements of a row for each that follows at its leading edge
+LARGEST_SLIP = 1e8  # in units of tractions, over the largest pressure: beyond it amplitudes run away
 TINY = 1e-150
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -70,7 +71,7 @@ RESIDUAL, INVERSE, LAW, SOLUTION, COLUMNS = 0, 1, 2, 3, 4
 # settings: whole numbers, then sizes; and real ones
 K, BY_LOAD, STEADY, CENTRED, DEPTH, OPERATOR, STRIDE, RING = 0, 1, 2, 3, 4, 5, 6, 7
 FIXED, A, M, FIRST, LAST, LOW, BEGIN, K_GIVEN = 8, 9, 10, 11, 12, 13, 14, 15
-COMPLIANCE, SCALE, BY_LENGTH = 0, 1, 2
+COMPLIANCE, SCALE, BY_LENGTH, PEAK = 0, 1, 2, 3
 # small arrays (rows, k): amplitudes with the approach [mm] last, forces, targets; then matrices
 C, UNIT_FORCES, TARGETS, CAUSED, MATRICES = 0, 1, 2, 3, 4
 ALONE, ALONE_STRIDE = 10, 2  # place of kernels
@@ -331,13 +332,14 @@ def settle(w: Work, fixed: bool) -> None:
     fields, bounds, ratios, lists, settings = w.fields, w.fields[BOUND], w.fields[RATIO], w.lists, w.settings
     n_x, n_s = bounds.shape
     a = m = 0
-    settings[FIRST], settings[LAST], settings[LOW] = n_s, 0, n_x
+    settings[FIRST], settings[LAST], settings[LOW], w.numbers[PEAK] = n_s, 0, n_x, 0.0
     for s in range(n_s):
         lists[BEGINS, s] = m
         for x in range(n_x):
             pressure = max(fields[P + N, x, s], 0.0) if w.given[H, x, s] < np.inf else 0.0
             fields[P + N, x, s] = pressure
             bounds[x, s] = w.given[FRICTION, x, s] * pressure
+            w.numbers[PEAK] = max(w.numbers[PEAK], pressure)
             if pressure > 0:
                 lists[CONTACT_X, a], lists[CONTACT_S, a] = x, s
                 a += 1
@@ -370,21 +372,18 @@ def settle(w: Work, fixed: bool) -> None:
 def join(w: Work) -> bool:
     """Let elements with overlap join the contact with little pressure; return whether there are any."""
     n_x, n_s = w.given.shape[1], w.given.shape[2]
-    approach, largest, joins = w.small[C, w.small.shape[1] - 1], 0.0, False
-    for x in range(n_x):
-        for s in range(n_s):
-            largest = max(largest, w.fields[P + N, x, s])
+    approach, joins = w.small[C, w.small.shape[1] - 1], False
     for x in range(n_x):
         for s in range(n_s):
             gap = w.fields[U + N, x, s] + w.given[H, x, s] - approach * w.given[COSINE, x, s]
             if gap < 0 and w.fields[P + N, x, s] <= 0:
-                w.fields[P + N, x, s], joins = LEAST_PRESSURE * largest, True
+                w.fields[P + N, x, s], joins = LEAST_PRESSURE * w.numbers[PEAK], True
     return joins
 
 
 @compiled
 def evaluate(w: Work) -> float:
-    """Compute gaps, slip, the law, and all residuals; return the norm of the defects of law and forces."""
+    """Compute slip, law, and residuals; return the norm of defects of law and forces, inf if too large."""
     fields, given, elements, settings, small = w.fields, w.given, w.elements, w.settings, w.small
     n_x = given.shape[1]
     a, m, k, begin = settings[A], settings[M], settings[K], settings[BEGIN]
@@ -432,6 +431,8 @@ def evaluate(w: Work) -> float:
             elements[DIRECTION + t, e] = trial
             square += trial * trial
         size = max(np.sqrt(square), TINY)
+        if not size < LARGEST_SLIP * w.numbers[PEAK]:
+            return np.inf
         sticks, share = size <= bound, min(bound / size, 1.0)
         elements[STICK, e], elements[SHARE, e] = 1.0 if sticks else 0.0, share
         for t in range(2):
@@ -769,17 +770,17 @@ def newton(w: Work, tolerance: float, fixed: bool) -> bool:
         others = begin + 2 * m
         n = others + k
         defect = evaluate(w)
+        if not defect < np.inf:
+            return False
         prepare(w)
         v = w.vectors[INVERSE]
         invert(w, w.vectors[RESIDUAL], v, True)
-        largest, peak = 0.0, 0.0
+        largest = 0.0
         for e in range(others):
             largest = max(largest, abs(v[e]))
         for e in range(others, n):
             largest = max(largest, abs(w.vectors[RESIDUAL, e]))
-        for e in range(a):
-            peak = max(peak, fields[P + N, w.lists[CONTACT_X, e], w.lists[CONTACT_S, e]])
-        error = largest / peak
+        error = largest / w.numbers[PEAK]
         if error <= SHARPER * tolerance:
             return True
         if not error < np.inf:

@@ -194,7 +194,7 @@ class _Solution:
     def in_compiled_loops(self, start: FrictionalContact | None) -> FrictionalContact | None:
         """Return the contact on a small grid, None where it is large, or the contact is not found."""
         problem, motion, small, begin = self.problem, self.motion, self.problem.small, None
-        if small is None:
+        if small is None or (motion.free and not np.any(problem.coefficients)):
             return None
         if start is not None and np.any(start.in_contact):
             same = len(start.amplitudes) == len(motion.free)

@@ -70,7 +70,7 @@ class Bodies:
             np.zeros((4, n_x, n_x), np.float32),
             np.zeros((at.MODES + 5 * k, n_x, n_s)),
             settings,
-            np.zeros(at.BY_LENGTH + 1),
+            np.zeros(at.PEAK + 1),
             np.zeros((at.FIELDS, n_x, n_s)),
             np.zeros((at.WAS_ACTIVE + 1, n_x, n_s), np.int64),
             np.zeros((at.BEGINS + 1, n + 1), np.int64),
@@ -170,7 +170,7 @@ class SmallContact:
         compliance = float(self.bodies.by_one[(*(n // 2 for n in self.distance.shape), N)])
         by_load, settings, given = loading.load is not None, work.settings, work.given
         work.strips[:] = strips
-        work.numbers[:] = compliance, 1 / slip_of_one, 1.0
+        work.numbers[: at.PEAK] = compliance, 1 / slip_of_one, 1.0
         settings[at.K_GIVEN], settings[at.BY_LOAD] = len(free) + by_load, by_load
         settings[at.DEPTH] = motion.depth
         if isinstance(motion, SteadyRolling):

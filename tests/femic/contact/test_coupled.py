@@ -14,6 +14,8 @@ from femic.contact.loading import Loading
 from femic.contact.patch import Box
 from tests.femic.contact.friction_problems import MIXED, groove, law_errors, movable, paraboloids, wheel_on
 
+pytestmark = pytest.mark.usefixtures("for_any_grid")
+
 LOAD, LESS = Loading(4000.0), Loading(3000.0)
 GROOVE = replace(groove(materials=MIXED), friction=0.6)
 WHEEL = wheel_on(GROOVE)

@@ -95,6 +95,7 @@ def iterations(contact):
     return 0 if contact is None else contact.solution.iterations + iterations(contact.coarser)
 
 
+@pytest.mark.usefixtures("for_any_grid")
 @pytest.mark.parametrize("problem", [SOLVED, GROOVE], ids=["Hertz", "groove"])
 def test_load_and_its_approach_give_the_same_contact_from_any_start(problem):
     here = solve(problem, load=2000.0, tolerance=1e-10)

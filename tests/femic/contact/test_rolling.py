@@ -102,6 +102,7 @@ def test_forces_that_friction_does_not_bear_are_refused_at_once(times, order, mo
             wheel_on(FLAT, order=order).contact(Creepages(), LOADING, forces=forces)
 
 
+@pytest.mark.usefixtures("for_any_grid")
 @pytest.mark.parametrize(
     ("failure", "tried"), [(ForcesBeyondFriction, [2]), (Failure, [2, 1, 0])], ids=["not borne", "not found"]
 )
@@ -119,6 +120,7 @@ def test_simpler_forms_are_tried_only_after_a_failure(failure, tried, monkeypatc
     assert depths == tried
 
 
+@pytest.mark.usefixtures("for_any_grid")
 def test_contact_solved_in_a_simpler_form_is_marked(monkeypatch):
     wheel, end = wheel_on(paraboloids(14, 12)), _Solution.in_turns
 
