@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from femic.interface.profiles import Profile as Profile
     from femic.interface.profiles import compute_shifts as compute_shifts
     from femic.interface.profiles import write_profile as write_profile
+    from femic.interface.solver import ContactSolver as ContactSolver
+    from femic.interface.solver import SolvedContact as SolvedContact
     from femic.scenes.load import load_scene as load_scene
     from geometries.errors import Failure as Failure
     from geometries.errors import WrongInput as WrongInput
@@ -70,6 +72,7 @@ _MODULES = {
     "femic.interface.matrices": ("compute_matrix", "label_matrix", "write_for_contact"),
     "femic.interface.options": ("Options",),
     "femic.interface.profiles": ("Profile", "compute_shifts", "write_profile"),
+    "femic.interface.solver": ("ContactSolver", "SolvedContact"),
     "femic.scenes.load": ("load_scene",),
     "geometries.errors": ("Failure", "WrongInput"),
     "geometries.materials": ("Material",),

@@ -17,6 +17,7 @@ from femic.interface.options import DEFAULT, Options, in_turn, make_scene
 from femic.results.contact import compute_contact
 from femic.results.friction import compute_with_friction
 from femic.scenes.contact import ContactTable, contact_specification
+from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
 from geometries.patches import Grid
 
@@ -191,6 +192,16 @@ def solve_contact(
 
     Raises WrongInput; raises Failure if there is no solution, or if C does not reach the tolerance.
     """
+    scene, own = described(pair, motion, ics, setup, options)
+    if scene.contact.friction:
+        return compute_with_friction(scene, options.run, own)
+    return compute_contact(scene, options.run, own)
+
+
+def described(
+    pair: Pair, motion: Motion, ics: Sequence[ICs], setup: ContactSetup, options: Options
+) -> tuple[Scene, dict[str, GivenICs]]:
+    """Return the scene of a contact, and the ICs that are given, by name. Raises WrongInput."""
     names = tuple(each if isinstance(each, str) else matrix_name(each) for each in ics)
     if len(set(names)) < len(names):
         raise WrongInput(f"ics: {', '.join(names)}: two have the same name: name each once")
@@ -206,6 +217,4 @@ def solve_contact(
         matrix = ordered("ics", labelled)
         estimate = matrix.estimate.values if "estimate" in matrix else 0.0
         own[name] = GivenICs(matrix_grid(matrix), matrix.ic.values, estimate)
-    if scene.contact.friction:
-        return compute_with_friction(scene, options.run, own)
-    return compute_contact(scene, options.run, own)
+    return scene, own
