@@ -33,7 +33,7 @@ OK, NO, LACKING = Text("ok", "green"), Text("no", "red"), Text("–", "yellow")
 
 
 def doctor() -> None:
-    """Check libraries, versions, import names and two known results; takes about 10 s."""
+    """Check libraries, versions, import names and two known results; takes half a minute."""
     console = terminal()
     wrong = []
     table = Table(box=None, pad_edge=False, show_header=False)
@@ -73,7 +73,7 @@ class Finding:
 
 
 def findings() -> Iterator[Finding]:
-    """Yield all findings, the quick ones first; the self-test takes some 10 s."""
+    """Yield all findings, the quick ones first; the self-test takes longest."""
     required, version = metadata.metadata("femic")["Requires-Python"], platform.python_version()
     holds = Requirement(f"python{required}").specifier.contains(version)
     yield Finding("Python", holds, version, f"install Python {required}")

@@ -43,12 +43,17 @@ Triple = tuple[int, int, int]
 
 
 def compiled(function: Function) -> Function:
-    """Compile a function when it is first called, and keep the machine code for later processes.
+    """Compile a function when it is first called, and keep the machine code for later processes if possible.
 
     Sums may be reordered; infinite distances stay infinite.
     """
     reordered = {"reassoc", "contract", "arcp", "nsz"}
-    machine: Function = njit(cache=True, nogil=True, error_model="numpy", fastmath=reordered)(function)
+    options = {"nogil": True, "error_model": "numpy", "fastmath": reordered}
+    machine: Function
+    try:
+        machine = njit(cache=True, **options)(function)
+    except RuntimeError:  # no folder can be written
+        machine = njit(**options)(function)
     return machine
 
 

@@ -4,8 +4,10 @@ ICs take their form once for an operator, and motions once for a kind of motion,
 solved again and again, or with another load, friction or creepages, costs little more than its solution.
 """
 
+import logging
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
+from pathlib import Path
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -26,6 +28,8 @@ MOST_ELEMENTS = 64  # along x or s of grids that are small
 VANISHES = 1e-14  # size of a kernel over the largest one up to which it is zero by symmetry
 ROUGH = 1e-3  # tolerance of tangential tractions at pressures that they are going to change
 TANGENTIAL = (X, S)
+
+log = logging.getLogger(__name__)
 
 
 class Bodies:
@@ -129,8 +133,19 @@ def _bodies(operator: Any, flat: Convolution) -> Bodies | None:
         return None
     if grid.directions not in ((X, S, N), (N,)):
         return None
+    _announce_compiling()
     bodies = _BODIES[operator] = Bodies(grid, flat)
     return bodies
+
+
+@lru_cache(maxsize=1)
+def _announce_compiling() -> None:
+    """Say that the first contact takes long, if there is no machine code that is newer than its source."""
+    source = Path(at.__file__)
+    folder = Path(newton.stats.cache_path or source.parent)  # type: ignore[attr-defined]
+    stored = [path.stat().st_mtime for path in folder.glob(f"{source.stem}.{newton.__name__}-*.nbi")]
+    if max(stored, default=0.0) < source.stat().st_mtime:
+        log.warning("the solver of small contacts is compiled, once on this computer: about a minute")
 
 
 # --- contacts ---
