@@ -35,29 +35,25 @@ log = logging.getLogger(__name__)
 class Bodies:
     """ICs of two bodies on a small grid, in the form of compiled loops, with their preconditioners."""
 
-    def __init__(self, operator: GridOperator, flat: Convolution) -> None:
-        m = len(operator.directions)
-        waves, unknowns, _ = operator.transformed.shape
-        self.shape = n_x, _ = operator.n_x, unknowns // m
+    def __init__(self, operator: GridOperator | Convolution, flat: Convolution) -> None:
         self.flat, self.directions = flat, operator.directions
-        x = np.arange((n_x + 1) // 2) - (n_x - 1) / 2
-        phases = np.pi / n_x * np.outer(np.arange(waves), x)
+        if isinstance(operator, Convolution):
+            parts = [_kernels_of_convolution(operator)]
+        else:
+            parts = [_kernels_of_grid(operator)]
+        _, waves, n_s, _ = parts[0].shape
+        self.shape = n_x, _ = waves - 1, n_s
+        phases = np.pi / n_x * np.outer(np.arange(n_x + 1), np.arange((n_x + 1) // 2) - (n_x - 1) / 2)
         self.waves = np.stack([np.cos(phases), np.sin(phases)])
-        parts = [_kernels(operator), self._on_ring(flat.restricted((N,)).ring_inverse, (N,))]
-        if m > 1:
-            parts.append(self._on_ring(flat.restricted(TANGENTIAL).strips_alone, TANGENTIAL))
+        parts.append(_kernels_on_ring(flat.restricted((N,)).ring_inverse, (N,), self.shape))
+        if len(self.directions) > 1:
+            alone = flat.restricted(TANGENTIAL).strips_alone
+            parts.append(_kernels_on_ring(alone, TANGENTIAL, self.shape))
         sizes = [np.max(np.abs(part), axis=(1, 2, 3)) for part in parts]
         there = [size > VANISHES * np.max(size) for size in sizes]
         self.there = np.concatenate(there).astype(np.int64)
         self.kernels = np.concatenate(parts)
         self.motions: dict[tuple[type[Motion], float], tuple[NDArray[np.float32], float]] = {}
-
-    def _on_ring(self, waves: Waves, directions: tuple[int, ...]) -> Array:
-        """Return the kernels of a map by waves on a ring."""
-        n_x, n_s = self.shape
-        lags = np.fft.irfft2(waves.factors, waves.padded, axes=(0, 1))[:n_x]
-        between = (strip_lags(n_s) - (n_s - 1)) % waves.padded[1]
-        return _kernels(GridOperator.from_ics(lags[:, between], directions))
 
     def work(self, modes: int) -> Work:
         """Return the arrays of a contact with some free modes, without distance and motion."""
@@ -109,12 +105,46 @@ class Bodies:
         return self.motions[kind]
 
 
-def _kernels(operator: GridOperator) -> Array:
+def _kernels_of_grid(operator: GridOperator) -> Array:
     """Return the kernels (m m, waves, loaded strip, observed strip) of an operator."""
     m, waves = len(operator.directions), len(operator.transformed)
     n_s = operator.transformed.shape[1] // m
     parts = operator.transformed.reshape(waves, n_s, m, n_s, m).transpose(2, 4, 0, 3, 1)
     return np.ascontiguousarray(parts, float).reshape(m * m, waves, n_s, n_s)
+
+
+def _kernels_of_convolution(convolution: Convolution) -> Array:
+    """Return the same of a convolution: each of its kernels times the factors of both strips."""
+    (n_x, n_s), directions = convolution.shape, convolution.directions
+    m, between = len(directions), strip_lags(n_s).T
+    kernels = np.zeros((m * m, n_x + 1, n_s, n_s))
+    for ((i, observer), (j, load)), kernel in convolution.kernels.items():
+        factors = np.outer(convolution.factors[load], convolution.factors[observer])
+        waves = _waves_along_x(kernel[n_x - 1 :], kernel[: n_x - 1], (i, j))
+        kernels[directions.index(i) * m + directions.index(j)] += factors * waves[:, between]
+    return kernels
+
+
+def _kernels_on_ring(waves: Waves, directions: tuple[int, ...], shape: tuple[int, int]) -> Array:
+    """Return the same of a map by waves on a ring."""
+    (n_x, n_s), padded = shape, waves.padded
+    lags = np.fft.irfft2(waves.factors, padded, axes=(0, 1))
+    between = (strip_lags(n_s).T - (n_s - 1)) % padded[1]
+    kernels = [
+        _waves_along_x(lags[:n_x, :, row, column], lags[padded[0] + 1 - n_x :, :, row, column], (i, j))
+        for row, i in enumerate(directions)
+        for column, j in enumerate(directions)
+    ]
+    return np.stack([kernel[:, between] for kernel in kernels])
+
+
+def _waves_along_x(ahead: Array, behind: Array, components: tuple[int, int]) -> Array:
+    """Return the transform along x, real as in `GridOperator`, of values at lags >= 0 and at those < 0."""
+    spectrum = np.fft.rfft(np.concatenate([ahead, np.zeros_like(ahead[:1]), behind]), axis=0)
+    observed_along_x, loaded_along_x = (direction == X for direction in components)
+    if observed_along_x == loaded_along_x:
+        return np.ascontiguousarray(spectrum.real)
+    return np.ascontiguousarray(spectrum.imag if observed_along_x else -spectrum.imag)
 
 
 _BODIES: WeakKeyDictionary[Any, Bodies] = WeakKeyDictionary()
@@ -125,16 +155,12 @@ def _bodies(operator: Any, flat: Convolution) -> Bodies | None:
     bodies = _BODIES.get(operator)
     if bodies is not None and bodies.flat is flat:
         return bodies
-    if isinstance(operator, Convolution):
-        grid = GridOperator.from_convolution(operator)
-    elif isinstance(operator, GridOperator):
-        grid = operator
-    else:
+    if not isinstance(operator, GridOperator | Convolution):
         return None
-    if grid.directions not in ((X, S, N), (N,)):
+    if operator.directions not in ((X, S, N), (N,)):
         return None
     _announce_compiling()
-    bodies = _BODIES[operator] = Bodies(grid, flat)
+    bodies = _BODIES[operator] = Bodies(operator, flat)
     return bodies
 
 
