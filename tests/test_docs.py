@@ -204,6 +204,16 @@ def test_the_quick_start_runs_with_b_hat_as_c_and_without_contacts(tmp_path, mon
     assert Path("contact_C.txt").is_file()
 
 
+def test_many_contacts_wear_where_they_slide():
+    blocks, names = run_blocks("docs/how-to/many-contacts.md")
+    assert blocks == 5
+    assert names["free"].force[0] == pytest.approx(0.0, abs=0.1)
+    assert np.all(np.diff(names["curve"].F_x) > 0)
+    worn, rolled = names["worn"], names["rolled"]
+    assert 0 < worn.max() < 0.01
+    assert not np.any(worn[rolled.pressures.max(axis=0) == 0])
+
+
 def test_the_quick_start_needs_few_imports_and_rolling_few_lines():
     text = (ROOT / "docs/how-to/python.md").read_text(encoding="utf-8")
     blocks = [block[1] for block in BLOCK.finditer(text)]
