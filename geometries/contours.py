@@ -86,8 +86,18 @@ class Ellipse:
 
     def angle(self, s: Array) -> Array:
         """Eccentric angle from the crown at arc length s, shape of s."""
+        inverse = self._inverse
+        return self._inverted(s) if inverse is None else np.asarray(inverse(s))
+
+    def _inverted(self, s: Array) -> Array:
+        """The same by Newton's method."""
         phi = np.linspace(-np.pi, np.pi, 2049)
         return invert(self.arc_length, self._speed, s, (phi, self.arc_length(phi)))
+
+    @cached_property
+    def _inverse(self) -> PPoly | None:
+        """The angle by the arc length, None where it is not exact."""
+        return inverse_polynomials(self.arc_length, self._inverted, np.linspace(-np.pi, np.pi, 65))
 
     def arc_length(self, phi: Array) -> Array:
         """Arc length [mm] at eccentric angle phi, an incomplete elliptic integral; shape of phi."""
