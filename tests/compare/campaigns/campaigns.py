@@ -1,5 +1,6 @@
 """Campaigns for tests: cheap ones, and ones whose scenes are not computed at all."""
 
+import gc
 from contextlib import contextmanager
 
 import numpy as np
@@ -125,6 +126,7 @@ def clusters_of(client):
 
 def threads(**options):
     """A cluster of workers in this process, by default of one."""
+    gc.collect()  # a client that was never closed closes itself when it is deleted: not while a loop starts
     here = {"threads_per_worker": 1, "processes": False, "scheduler_kwargs": NO_DASHBOARD}
     return LocalCluster(**{"n_workers": 1, **here, **options})
 
