@@ -26,6 +26,7 @@ from femic.contact.friction.law import (
 from femic.contact.friction.motion import LeadingEdge, Linear, Motion
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
+from femic.contact.small import Guess
 from geometries.arrays import Array, Mask
 from geometries.patches import N
 
@@ -33,15 +34,6 @@ MOST_STEPS = 20
 MOST_IDLE_STEPS = 5  # in which the error does not fall below the least one before
 SHARPER = 0.1  # tolerance of errors and of the linear equations over that of the contact
 LEAST_PRESSURE = 1e-12  # of elements that join a contact, as a share of the largest
-
-
-@dataclass(frozen=True, eq=False)
-class Guess:
-    """Tractions (n_x, n_s, 3) [MPa], amplitudes of free slips (k,) and approach [mm]."""
-
-    p: Array
-    amplitudes: Array
-    approach: float
 
 
 @dataclass(frozen=True, eq=False)

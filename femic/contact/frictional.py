@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from femic.contact import coupled
-from femic.contact.coupled import Coupled, Guess, State
+from femic.contact.coupled import Coupled, State
 from femic.contact.estimates import SlipState
 from femic.contact.friction import coulomb
 from femic.contact.friction.coulomb import Coulomb, ForcesBeyondFriction, FreeAmplitudes, Tangential
@@ -24,7 +24,7 @@ from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
 from femic.contact.normal import PotentialAreaTooSmall, pressures
 from femic.contact.patch import Box, Extent, extents, in_global_axes, near_ends
-from femic.contact.small import Found, solve_frictional
+from femic.contact.small import Guess, solve_frictional
 from geometries.arrays import Array, Mask
 from geometries.errors import Failure
 from geometries.patches import N, S
@@ -196,10 +196,10 @@ class _Solution:
         problem, motion, small, begin = self.problem, self.motion, self.problem.small, None
         if small is None or (motion.free and not np.any(problem.coefficients)):
             return None
-        if start is not None and np.any(start.in_contact):
+        if start is not None and np.any(start.pressures > 0):
             same = len(start.amplitudes) == len(motion.free)
             amplitudes = start.amplitudes if same else np.zeros(len(motion.free))
-            begin = Found(start.p, start.u, start.slip, start.stick, amplitudes, start.approach)
+            begin = Guess(start.p, amplitudes, start.approach)
         found = solve_frictional(small, motion, self.loading, begin, self.tolerance)
         if found is None or self.share_of_pressures(found.p) < LEAST_PRESSED:
             return None

@@ -255,6 +255,15 @@ def _given(contact: SmallContact, loading: Loading) -> tuple[float, float]:
     return load, 0.0 if loading.approach is None else loading.approach
 
 
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """Tractions (n_x, n_s, 3) [MPa], amplitudes of free slips (k,) and approach [mm]."""
+
+    p: Array
+    amplitudes: Array
+    approach: float
+
+
 class Found(NamedTuple):
     """Tractions and displacements (n_x, n_s, 3), slip as the motion has it (n_x, n_s, 2), and what sticks.
 
@@ -270,12 +279,12 @@ class Found(NamedTuple):
 
 
 def solve_frictional(
-    contact: SmallContact, motion: Motion, loading: Loading, start: Found | None, tolerance: float
+    contact: SmallContact, motion: Motion, loading: Loading, start: Guess | None, tolerance: float
 ) -> Found | None:
     """Return the contact with friction after a motion, None where it is not found.
 
-    It begins with `start`, of which tractions, amplitudes and approach count; without one, or where that does
-    not lead on, with pressures without friction, and tangential tractions at these.
+    It begins with `start`; without one, or where that does not lead on, with pressures without friction, and
+    tangential tractions at these.
     """
     work = contact.work_with_friction(motion, loading)
     load, approach = _given(contact, loading)

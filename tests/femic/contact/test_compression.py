@@ -25,6 +25,8 @@ from tests.femic.contact.friction_problems import (
 )
 from tests.femic.contact.problems import x_of
 
+pytestmark = pytest.mark.usefixtures("either_solver")
+
 OF_BOTH = groove(materials=MIXED)
 STEPS = [Loading(load) for load in (500.0, 1500.0, 4000.0)]
 

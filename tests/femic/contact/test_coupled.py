@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from femic.contact import coupled, frictional
-from femic.contact.coupled import Coupled, Guess, State
+from femic.contact.coupled import Coupled, State
 from femic.contact.friction.motion import Creepages, RollingStep, Shift, SteadyRolling
 from femic.contact.frictional import solve
 from femic.contact.loading import Loading
 from femic.contact.patch import Box
+from femic.contact.small import Guess
 from tests.femic.contact.friction_problems import MIXED, groove, law_errors, movable, paraboloids, wheel_on
 
 pytestmark = pytest.mark.usefixtures("for_any_grid")

@@ -27,6 +27,8 @@ from tests.femic.contact.friction_problems import (
 )
 from tests.femic.contact.problems import x_of
 
+pytestmark = pytest.mark.usefixtures("for_any_grid")
+
 LOAD = POINT.load
 LOADING = Loading(LOAD)
 FLAT = paraboloids(offset=(0.2, 0.3))
@@ -120,7 +122,6 @@ def test_the_work_of_friction_tends_to_that_of_the_rigid_slip():
     assert lost[1, 20] / 2.5 < lost[1, 40]
 
 
-@pytest.mark.usefixtures("for_any_grid")
 def test_loose_inner_tolerance_does_not_end_the_turns(monkeypatch):
     """Turns that change nothing because both problems were solved loosely go on to the last tolerance."""
     seen = []
@@ -283,7 +284,6 @@ def test_load_and_its_approach_give_the_same_contact_from_any_start(problem):
     same(solve(problem, motion, LOADING, start=other), here)
 
 
-@pytest.mark.usefixtures("for_any_grid")
 def test_coarser_grids_come_first_and_give_a_similar_contact():
     """Their friction is the mean of two strips."""
     factor = np.linspace(0.2, 1.0, 32)
@@ -372,7 +372,6 @@ def test_rolling_on_a_slope_with_large_friction_obeys_the_law():
     assert np.all(law_errors(contact, motion.rigid, order=1, dx=problem.grid.dx) < 1e-4)
 
 
-@pytest.mark.usefixtures("for_any_grid")
 def test_turns_without_end_are_refused(monkeypatch):
     monkeypatch.setattr(frictional, "MOST_TURNS", 2)
     monkeypatch.setattr(frictional, "AT_ONCE_AFTER", ())

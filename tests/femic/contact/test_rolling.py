@@ -22,6 +22,8 @@ from geometries.patches import N, S, X
 from tests.femic.contact.friction_problems import MIXED, POINT, WHEEL, groove, paraboloids, wheel_on
 from tests.femic.contact.problems import STEEL
 
+pytestmark = pytest.mark.usefixtures("either_solver")
+
 LOAD = POINT.load
 LOADING = Loading(LOAD)
 FLAT, GROOVE, OF_BOTH = paraboloids(offset=(0.2, 0.3)), groove(), groove(materials=MIXED)
