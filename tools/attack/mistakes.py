@@ -47,6 +47,7 @@ COMPUTE = {  # what computes, by the module that calls it
     "femic.interface.ics": ("compute", "approximations_dataset", "calibrate"),
     "femic.interface.matrices": ("matrices",),
     "femic.interface.contact": ("compute_contact", "compute_with_friction"),
+    "femic.interface.solver": ("grids.grids_of",),
     "compare.interface": ("run.run_scene",),
     "femic.interface.profiles": ("wheelset.compute_shifts",),
 }
@@ -292,6 +293,13 @@ ARGUMENTS: Mapping[Callable[..., Any], Mapping[str, Argument]] = {
         "ics": needed(
             ["A"], *LIST_OF_WORDS, ["A", "A"], MATRIX, [MATRIX.ic], [MATRIX.ic.values], [ICS], [xr.Dataset()]
         ),
+        "setup": needed(femic.ContactSetup(), *noun(femic.ContactSetup), {"elements": 8}),
+        "options": needed(femic.Options(), *OPTIONS),
+    },
+    femic.ContactSolver: {
+        "pair": needed(PAIR, *noun(femic.Pair)),
+        "load": needed(1e3, *POSITIVE, [1e3, 2e3]),
+        "ics": needed("A", *WORD, ["A"], ["A", "B"], MATRIX.ic, MATRIX.ic.values, ICS, xr.Dataset()),
         "setup": needed(femic.ContactSetup(), *noun(femic.ContactSetup), {"elements": 8}),
         "options": needed(femic.Options(), *OPTIONS),
     },

@@ -93,7 +93,7 @@ WRONG_VALUES = (
     *(Path("nowhere"), Path("/"), "/nonexistent/x.txt", "s3://b/x"),
 )
 OTHERS = {  # names of which no argument is tried
-    *("plane", "FittedPair", "Failure", "WrongInput")
+    *("plane", "FittedPair", "SolvedContact", "Failure", "WrongInput")
 }
 NAMES = [*mistakes.ARGUMENTS]
 
