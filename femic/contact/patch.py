@@ -108,13 +108,20 @@ class Resultant:
     moment: Array
 
 
-def resultant(tractions: Array, contour: Contour, x: Array, s: Array, area: float) -> Resultant:
-    """Return the resultant of tractions (n_x, n_s, 3) [MPa] along x, s, n on elements of a lower contour.
+Section = tuple[Array, Array, Array, Array]
 
-    `x` (n_x,) and `s` (n_s,) are the centres of elements, `area` is that of an element [mm^2].
+
+def section_at(contour: Contour, s: Array) -> Section:
+    """Return y and z [mm], sine and cosine of the inclination of a lower contour at strips s (n_s,) [mm]."""
+    return (*contour.position(s), *contour.normal(s))
+
+
+def resultant(tractions: Array, section: Section, x: Array, area: float) -> Resultant:
+    """Return the resultant of tractions (n_x, n_s, 3) [MPa] along x, s, n on elements of a lower section.
+
+    `x` (n_x,) are the centres of elements along x, `area` is that of an element [mm^2].
     """
-    sin, cos = contour.normal(s)
-    y, z = contour.position(s)
+    y, z, sin, cos = section
     f_x, f_y, f_z = in_global_axes(area * tractions, sin, cos)
     x = x[:, None]
     moments = y * f_z - z * f_y, z * f_x - x * f_z, x * f_y - y * f_x

@@ -50,14 +50,15 @@ MADE_BY = {  # classes that are not public, by their names
 
 def with_checked_arguments(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
     """Return a public function that raises WrongInput for arguments that its annotations do not allow."""
+    known = signature(function)
+    parameters = known.parameters
 
     @wraps(function)
     def call(*arguments: Arguments.args, **named: Arguments.kwargs) -> Result:
         try:
-            bound = signature(function).bind(*arguments, **named).arguments
+            bound = known.bind(*arguments, **named).arguments
         except TypeError:
             return function(*arguments, **named)  # raises with the function's name
-        parameters = signature(function).parameters
         _check({name: (value, parameters[name].default) for name, value in bound.items()}, function)
         return function(*arguments, **named)
 

@@ -42,6 +42,7 @@ surface is given. The factor is linear between pairs of angle and factor, and co
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Annotated, Self
 
@@ -94,6 +95,12 @@ class RollingKinematics:
     s: Array
     height: Array
 
+    @cached_property
+    def section(self) -> tuple[Array, Array, Array]:
+        """Lateral coordinates [mm] of the strips, and sine and cosine of their inclination, (n_s,) each."""
+        sin, cos = self.contour.normal(self.s)
+        return self.contour.position(self.s)[0], sin, cos
+
     def rigid_velocity(self, creepages: Creepages) -> Array:
         """Velocity along x, s, n of the rigid wheel over the rail, over V, shape (n_x, n_s, 3).
 
@@ -101,8 +108,7 @@ class RollingKinematics:
         move it along the normals of inclined places, too.
         """
         xi, upsilon, phi = creepages.longitudinal, creepages.lateral, creepages.spin
-        y, _ = self.contour.position(self.s)
-        sin, cos = self.contour.normal(self.s)
+        y, sin, cos = self.section
         x = self.x[:, None]
         along_x = -xi + (1 + xi) * self.height / self.radius - phi * y
         aside, up = upsilon + phi * x, -(1 + xi) * x / self.radius

@@ -14,7 +14,7 @@ from femic.contact.operators.approximations import approximate_operator, half_sp
 from femic.contact.operators.convolution import Convolution
 from femic.contact.operators.dense import GridOperator
 from femic.contact.operators.protocols import Operator
-from femic.contact.patch import Resultant, resultant
+from femic.contact.patch import Resultant, Section, resultant, section_at
 from femic.contact.specification import ContactProblem, ExtraGap
 from femic.contact.undeformed import TangentPlane, Undeformed
 from geometries.arrays import Array
@@ -58,8 +58,12 @@ class PairOnGrid:
 
     def resultant(self, tractions: Array) -> Resultant:
         """Force and moment on the upper body of tractions on the grid [MPa], shape (n_x, n_s, 3)."""
-        grid = self.grid
-        return resultant(tractions, self.undeformed.lower.contour, self.x, grid.strips, grid.area)
+        return resultant(tractions, self._section, self.x, self.grid.area)
+
+    @cached_property
+    def _section(self) -> Section:
+        """The lower section at the strips."""
+        return section_at(self.undeformed.lower.contour, self.grid.strips)
 
     @property
     def symmetric(self) -> bool:

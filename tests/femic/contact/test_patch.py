@@ -16,6 +16,7 @@ from femic.contact.patch import (
     extents,
     near_ends,
     resultant,
+    section_at,
 )
 from geometries.contours import arc, ellipse
 
@@ -241,7 +242,7 @@ def test_one_traction_is_a_force_at_its_place(direction, place):
     x, s = X_AT[place[0]], S_AT[place[1]]
     sin, cos = np.sin(CONTOUR.inclination(s)), np.cos(CONTOUR.inclination(s))
     axes = np.array([[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]])
-    total = resultant(tractions, CONTOUR, X_AT, S_AT, AREA)
+    total = resultant(tractions, section_at(CONTOUR, S_AT), X_AT, AREA)
     np.testing.assert_allclose(total.force, 2.0 * AREA * axes[direction], atol=1e-14)
     moment = np.cross([x, *CONTOUR.position(s)], 2.0 * AREA * axes[direction])
     np.testing.assert_allclose(total.moment, moment, atol=1e-12)
@@ -251,7 +252,7 @@ def test_pressures_on_an_arc_pass_through_its_centre():
     """It is R below the contact centre: M_x = R F_y. M_z = 0 where pressures are even in x."""
     x, s = np.array([-1.0, 1.0]), np.linspace(-4, 6, 11)
     p = np.random.default_rng(1).uniform(0, 5, 11) * np.ones((2, 1))
-    total = resultant(p[..., None] * PRESSURES, arc(10.0, 0.9, 0.9), x, s, AREA)
+    total = resultant(p[..., None] * PRESSURES, section_at(arc(10.0, 0.9, 0.9), s), x, AREA)
     assert total.moment[0] == pytest.approx(10.0 * total.force[1], rel=1e-12)
     assert abs(total.force[1]) > 0.05 * total.force[2]
     np.testing.assert_allclose(total.moment[1:], 0.0, atol=1e-10)
@@ -261,7 +262,7 @@ def test_pressures_on_an_arc_pass_through_its_centre():
 def test_the_moment_about_z_has_the_part_of_pressures_on_inclined_places():
     """Pressures that are odd in x have no force along z on a slope, but turn about z."""
     p, x, s = np.array([[-1.0], [1.0]]), np.array([-2.0, 2.0]), np.array([5.0])
-    total = resultant(p[..., None] * PRESSURES, arc(10.0, 0.9, 0.9), x, s, AREA)
+    total = resultant(p[..., None] * PRESSURES, section_at(arc(10.0, 0.9, 0.9), s), x, AREA)
     assert total.moment[2] == pytest.approx(4.0 * AREA * np.sin(0.5))
     assert total.force[2] == pytest.approx(0.0, abs=1e-14)
 

@@ -13,7 +13,7 @@ from femic.contact.motions.compression import OF_COMPRESSION
 from femic.contact.pairs.grids import contact_size
 from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
 from femic.contact.pairs.quantities import main_patch
-from femic.contact.patch import extents, resultant
+from femic.contact.patch import extents, resultant, section_at
 from femic.contact.specification import Profile
 from femic.contact.undeformed import Undeformed
 from femic.results.friction import compute_with_friction
@@ -27,7 +27,7 @@ from tests.femic.contact.wheel_on_rail import scene
 def test_moments_are_those_of_all_tractions_on_inclined_elements():
     on_grid = pair_on_grid(problem(10.3, shift=0.1), Grid(4, 5, 0.7, 0.9, 1.3))
     p, contour = np.random.default_rng(2).normal(size=(4, 5, 3)), on_grid.undeformed.lower.contour
-    total = resultant(p, contour, on_grid.x, on_grid.grid.strips, on_grid.grid.area)
+    total = resultant(p, section_at(contour, on_grid.grid.strips), on_grid.x, on_grid.grid.area)
     for name, axis in (("M_x", 0), ("M_z", 2)):
         moment = OF_COMPRESSION[name].evaluate(on_grid, SimpleNamespace(tractions=p))
         assert moment == pytest.approx(total.moment[axis])
