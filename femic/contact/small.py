@@ -5,6 +5,7 @@ solved again and again, or with another load, friction or creepages, costs littl
 """
 
 import logging
+import pickle
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -169,9 +170,24 @@ def _announce_compiling() -> None:
     """Say that the first contact takes long, if there is no machine code that is newer than its source."""
     source = Path(at.__file__)
     folder = Path(newton.stats.cache_path or source.parent)  # type: ignore[attr-defined]
+    remove_damaged(folder, source.stem)
     stored = [path.stat().st_mtime for path in folder.glob(f"{source.stem}.{newton.__name__}-*.nbi")]
     if max(stored, default=0.0) < source.stat().st_mtime:
         log.warning("the solver of small contacts is compiled, once on this computer: about a minute")
+
+
+def remove_damaged(folder: Path, module: str) -> None:
+    """Remove stored machine code of a module that cannot be read, such as half a file: it is made again."""
+    for path in folder.glob(f"{module}.*.nb[ic]"):
+        try:
+            with path.open("rb") as file:
+                pickle.load(file)
+                if path.suffix == ".nbi":  # Numba's version, then the index
+                    pickle.load(file)
+        except OSError:
+            continue
+        except Exception:  # whatever half a file may raise
+            path.unlink(missing_ok=True)
 
 
 # --- contacts ---

@@ -14,7 +14,7 @@ from femic.contact.friction.motion import NAMES, Creepages
 from femic.contact.frictional import FrictionalContact
 from femic.contact.loading import Loading
 from femic.contact.motions import pair_in_motion
-from femic.contact.normal import NormalContact, NormalProblem, PotentialAreaTooSmall
+from femic.contact.normal import NormalContact, NormalProblem
 from femic.contact.normal import solve as solve_frictionless
 from femic.contact.pairs import grids
 from femic.contact.pairs.ics import select_given
@@ -226,13 +226,10 @@ class ContactSolver:
         distance = self._on_grid.distance
         if extra_gap is not None:
             distance = distance + self._gap(extra_gap)
-        loading = Loading(load, approach)
-        try:
-            if friction == 0:
-                return self._without_friction(loading, distance)
-            return self._rolls(loading, distance, friction, Creepages(longitudinal, lateral, spin), forces)
-        except PotentialAreaTooSmall as short:
-            raise PotentialAreaTooSmall(short.ends, loading) from short
+        loading, creepages = Loading(load, approach), Creepages(longitudinal, lateral, spin)
+        if friction == 0 and not forces:
+            return self._without_friction(loading, distance, creepages)
+        return self._rolls(loading, distance, friction, creepages, forces)
 
     def solve_many(self, **given: ArrayLike) -> xr.Dataset:
         """Return the numbers of many contacts. Arguments are those of `solve`, as numbers or arrays.
@@ -246,8 +243,15 @@ class ContactSolver:
         unknown = set(given) - {"load", "approach", "friction", "longitudinal", "lateral", "spin"}
         if unknown:
             raise WrongInput(f"{', '.join(sorted(unknown))}: not an argument of solve_many")
-        arrays = np.broadcast_arrays(*(array(name, values) for name, values in given.items()))
-        shape = arrays[0].shape if arrays else ()
+        if not {"load", "approach"} & set(given):
+            raise WrongInput("solve_many: give loads or approaches")
+        separate = [array(name, values) for name, values in given.items()]
+        try:
+            arrays = np.broadcast_arrays(*separate)
+        except ValueError as error:
+            shapes = ", ".join(f"{name} {each.shape}" for name, each in zip(given, separate, strict=True))
+            raise WrongInput(f"{shapes}: these shapes cannot be broadcast against each other") from error
+        shape = arrays[0].shape
         rows = []
         for values in zip(*(each.ravel().tolist() for each in arrays), strict=True):
             case: dict[str, Any] = dict(zip(given, values, strict=True))
@@ -271,7 +275,7 @@ class ContactSolver:
             raise WrongInput(f"extra_gap of shape {gap.shape}: {shape} or {shape[1:]} is needed, as the grid")
         return gap
 
-    def _without_friction(self, loading: Loading, distance: Array) -> SolvedContact:
+    def _without_friction(self, loading: Loading, distance: Array, creepages: Creepages) -> SolvedContact:
         problem = self._normal
         if distance is not self._on_grid.distance:
             problem = NormalProblem(problem.grid, problem.operator, problem.flat, distance, problem.cosine)
@@ -279,7 +283,7 @@ class ContactSolver:
             problem, load=loading.load, approach=loading.approach, start=self._last_pressures
         )
         self._last_pressures = contact.p
-        return SolvedContact(self._on_grid, contact, Creepages())
+        return SolvedContact(self._on_grid, contact, creepages)
 
     def _rolls(
         self,

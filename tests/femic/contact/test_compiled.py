@@ -4,6 +4,7 @@ These are independent in all but the method: own products, own linear algebra, o
 is checked as a reader would (`friction_problems`).
 """
 
+import pickle
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -238,3 +239,13 @@ def test_bodies_are_made_once_for_an_operator():
     assert problem.small.bodies is replace(problem, friction=0.1).small.bodies
     flat = groove().flat
     assert replace(problem, flat=flat).small.bodies.flat is flat
+
+
+def test_half_a_file_of_machine_code_is_made_again(tmp_path):
+    """Numba itself ends with an error of pickle, each time."""
+    index, code = pickle.dumps("version") + pickle.dumps(list(range(99))), pickle.dumps(list(range(99)))
+    for name, content in {"a.nbi": index, "b.nbc": code, "c.nbi": index[:-20], "d.nbc": code[:9]}.items():
+        (tmp_path / f"compiled.{name}").write_bytes(content)
+    (tmp_path / "others.e.nbc").write_bytes(code[:9])
+    small.remove_damaged(tmp_path, "compiled")
+    assert {path.name for path in tmp_path.iterdir()} == {"compiled.a.nbi", "compiled.b.nbc", "others.e.nbc"}

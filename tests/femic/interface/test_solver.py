@@ -153,6 +153,12 @@ def test_too_large_a_load_and_unknown_names_are_refused():
         SOLVER.solve(30 * LOAD)
     with pytest.raises(femic.WrongInput, match="gap: not an argument of solve_many"):
         SOLVER.solve_many(load=LOAD, gap=0.0)
+    with pytest.raises(femic.WrongInput, match="give loads or approaches"):
+        SOLVER.solve_many(friction=0.3)
+    with pytest.raises(femic.WrongInput, match=r"load \(2,\), spin \(3,\): these shapes cannot be broadcast"):
+        SOLVER.solve_many(load=[LOAD, LOAD], spin=[0.0, 1e-4, 2e-4])
+    with pytest.raises(femic.Failure, match="exceed what friction can supply"):
+        SOLVER.solve(LOAD, forces={"longitudinal": 10.0})
     with pytest.raises(femic.WrongInput, match="elsewhere"):
         femic.ContactSolver(PAIR, LOAD, "elsewhere")
 
