@@ -21,7 +21,7 @@ import femic
 
 STEEL = femic.Material(E=210e3, nu=0.28)
 PATCH = femic.Patch(a=0.5, b=0.5, s=3.0)
-VARIANTS = ["A", "B", "Bhat", "C"]
+LOOKS = {"A": ("#0072b2", "--"), "B": ("#e69f00", "-"), "Bhat": ("#d55e00", "--"), "C": ("black", "-")}
 
 
 def main(*, out: Path = Path("out/examples"), tolerance: float = 0.02) -> xr.DataArray:
@@ -32,7 +32,7 @@ def main(*, out: Path = Path("out/examples"), tolerance: float = 0.02) -> xr.Dat
         femic.Pair(upper=femic.Body(femic.plane(), STEEL), lower=rail, reference_length=13.0),
         PATCH,
         [femic.line_along_s(x=1.6, reach=12.0)],
-        VARIANTS,
+        list(LOOKS),
         bodies=["lower"],
         components=["nn", "sn"],
         options=femic.Options(tolerance, store=str(out / "store")),
@@ -74,8 +74,8 @@ def draw(rail: femic.Body, ics: xr.Dataset) -> Figure:
         part = scale * ics[["ic", "estimate"]].sel(i=i)
         c = part.ic.sel(variant="C")
         axes.fill_between(ics.s / L, c - part.estimate, c + part.estimate, color="k", alpha=0.2)
-        for name, style in zip(VARIANTS, ("C0--", "C1-", "C2--", "k-"), strict=True):
-            axes.plot(ics.s / L, part.ic.sel(variant=name), style, label=name)
+        for name, (colour, dash) in LOOKS.items():
+            axes.plot(ics.s / L, part.ic.sel(variant=name), dash, color=colour, label=name)
         axes.set(title=f"{i}n on x = 1.6 mm", xlabel=f"s / L  [-],  L = {L:g} mm", ylabel="IC · E · L  [-]")
     panels["n"].legend()
     return figure
