@@ -42,6 +42,9 @@ if TYPE_CHECKING:
     from femic.interface.profiles import write_profile as write_profile
     from femic.interface.solver import ContactSolver as ContactSolver
     from femic.interface.solver import SolvedContact as SolvedContact
+    from femic.interface.tables import compute_table as compute_table
+    from femic.interface.tables import read_table as read_table
+    from femic.interface.tables import write_table as write_table
     from femic.scenes.load import load_scene as load_scene
     from geometries.errors import Failure as Failure
     from geometries.errors import WrongInput as WrongInput
@@ -73,6 +76,7 @@ _MODULES = {
     "femic.interface.options": ("Options",),
     "femic.interface.profiles": ("Profile", "compute_shifts", "write_profile"),
     "femic.interface.solver": ("ContactSolver", "SolvedContact"),
+    "femic.interface.tables": ("compute_table", "read_table", "write_table"),
     "femic.scenes.load": ("load_scene",),
     "geometries.errors": ("Failure", "WrongInput"),
     "geometries.materials": ("Material",),

@@ -10,16 +10,16 @@ import logging
 import re
 import signal
 import socket
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from threading import current_thread, main_thread
-from typing import Any
+from typing import Any, TypeVar
 from urllib.parse import urlsplit
 from warnings import catch_warnings, simplefilter
 
 import dask
-from distributed import Client, LocalCluster, Security
+from distributed import Client, KilledWorker, LocalCluster, Security
 from distributed.core import rpc
 from distributed.system import MEMORY_LIMIT
 from distributed.utils import silence_logging_cmgr
@@ -27,6 +27,9 @@ from distributed.utils import silence_logging_cmgr
 from femic.reference.engine import BASE_MEMORY
 from femic.reference.run_options import cores
 from geometries.errors import Failure, WrongInput
+
+Argument = TypeVar("Argument")
+Result = TypeVar("Result")
 
 # --- the address of a scheduler -------------------------------------------------------------------------
 
@@ -227,6 +230,26 @@ def existing_cluster(address: str, timeout: float = CONNECTS_WITHIN) -> Iterator
                     "--nthreads 1 --nworkers 8`"
                 ) from error
         yield client
+
+
+def in_order(
+    client: Client, function: Callable[[Argument], Result], arguments: Iterable[Argument]
+) -> Iterator[Result]:
+    """Yield the results of a function for arguments, which the workers of a cluster compute, in their order.
+
+    Raises Failure where workers die.
+    """
+    futures = client.map(function, list(arguments), pure=False)
+    try:
+        for future in futures:
+            yield future.result()
+    except KilledWorker as error:
+        raise Failure(
+            "the workers of the cluster died, most likely because memory ran out. Give them more memory, or "
+            "start fewer on each machine. Finished parts are stored: repeat the command to continue"
+        ) from error
+    finally:
+        client.cancel(futures)
 
 
 @contextmanager

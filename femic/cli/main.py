@@ -47,6 +47,10 @@ COMMANDS = {  # by name: module and function, and the help text
         "shifts:shifts",
         "Contact of a wheelset on its track at many lateral shifts, with several ICs.",
     ),
+    "table": (
+        "table:table",
+        "Table of creep forces over shift, load and creepages, for vehicle codes and other programs.",
+    ),
     "sweep": ("sweep:sweep", "Compute many scenes with varied keys, on all cores or on a Dask cluster."),
     "fe-contact": (
         "contact:fe_contact",

@@ -1,6 +1,6 @@
-"""The tables [contact], [stresses] and [damage] of a scene file.
+"""The tables [contact], [stresses], [damage] and [table] of a scene file.
 
-They have loads, motion and ICs of the contact; and the stresses under it, wear and fatigue.
+They have loads, motion and ICs of the contact; the stresses under it, wear and fatigue; tables of contacts.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -26,6 +26,7 @@ from femic.scenes.ic_names import ContactICName
 from femic.scenes.input_files import ExistingFile, Holds, columns
 from femic.scenes.scene import Scene, StressSpecification
 from femic.scenes.scene_table import LIMIT_SLACK, SceneTable, declared_keys, shared
+from femic.tables.specification import TableSpecification
 from geometries.errors import WrongInput
 
 # --- [contact] ------------------------------------------------------------------------------------------
@@ -130,6 +131,9 @@ OF_SPEED = ("severe", "transition")  # keys of [damage.energy] that have no effe
 
 StressTable = create_model("StressTable", __base__=SceneTable, **declared_keys(StressSpecification))
 AnyStresses = Annotated[SerializeAsAny[SceneTable], PlainValidator(StressTable.model_validate)]
+_ONE_NAME = {"ics": ContactICName}  # as scene files have it
+CreepTable = create_model("CreepTable", __base__=SceneTable, **declared_keys(TableSpecification, _ONE_NAME))
+AnyCreepTable = Annotated[SerializeAsAny[SceneTable], PlainValidator(CreepTable.model_validate)]
 
 
 _DAMAGE_KEYS = declared_keys(DamageSpecification)

@@ -8,7 +8,16 @@ from femic.key_types import Length, Several, each_once
 from femic.reference.matrix.job import Discount
 from femic.scenes.bodies import BodyTable
 from femic.scenes.calibration import BodyName, CalibrationTable, Component, EffectiveTable
-from femic.scenes.contact import AnyContact, AnyDamage, AnyStresses, ContactTable, DamageTable, StressTable
+from femic.scenes.contact import (
+    AnyContact,
+    AnyCreepTable,
+    AnyDamage,
+    AnyStresses,
+    ContactTable,
+    CreepTable,
+    DamageTable,
+    StressTable,
+)
 from femic.scenes.engine import EngineTable
 from femic.scenes.ic_names import ICName, VariantName
 from femic.scenes.lines import GridTable, Line, PatchTable
@@ -103,6 +112,9 @@ class SceneFile(SceneTable):
         DamageTable(),
         description="wear and fatigue (femic stresses): properties of the surfaces, and speed; the "
         "coefficients of the laws have separate tables",
+    )
+    table: AnyCreepTable = Field(
+        CreepTable(), description="table of creep forces over shift, load and creepages (femic table)"
     )
     engine: EngineTable = Field(EngineTable(), description="how the reference C is computed")
 

@@ -16,7 +16,18 @@ from femic.scenes.file import SceneFile
 from femic.scenes.lines import LineAlongS, LineAlongX, default_lines
 from femic.scenes.load import parse, read_scene, scene_path
 
-TABLES = ("lower", "upper", "patch", "grid", "calibration", "contact", "stresses", "damage", "engine")
+TABLES = (
+    "lower",
+    "upper",
+    "patch",
+    "grid",
+    "calibration",
+    "contact",
+    "stresses",
+    "damage",
+    "table",
+    "engine",
+)
 
 
 def listing(name_or_path: str) -> str:

@@ -37,6 +37,7 @@ from femic.scenes.lines import LineAlongS, LineAlongX, default_lines, grid_misfi
 from femic.scenes.scene import Scene, StressSpecification
 from femic.scenes.scene_table import SceneTable, shared, tables
 from femic.scenes.wants import want_misfits
+from femic.tables.specification import TableSpecification
 from geometries.bodies import common_extent
 from geometries.errors import WrongInput
 from geometries.patches import OffsetLine, Patch
@@ -235,6 +236,7 @@ def build_scene(
         "contact": contact or contact_specification(file.contact),
         "stresses": StressSpecification(**dict(file.stresses)),
         "damage": damage_specification(file.damage),
+        "table": TableSpecification(**dict(file.table)),
         "support_radius": engine.far_radius or FAR_RADIUS,
         "settings": settings,
         "reference_length": reference_length,

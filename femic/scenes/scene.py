@@ -15,6 +15,7 @@ from femic.reference.job import Settings
 from femic.reference.matrix.job import Discount
 from femic.reference.meshing import Cells
 from femic.stresses.resolution import COARSEST, FINEST
+from femic.tables.specification import TableSpecification
 from geometries.bodies import Body, common_extent
 from geometries.patches import Grid, OffsetLine, Patch
 
@@ -92,6 +93,7 @@ class Scene:
     contact: ContactSpecification
     stresses: StressSpecification
     damage: DamageSpecification
+    table: TableSpecification
     discount: Discount  # of IC matrices and contact
     support_radius: float  # of the far arc of bodies for IC matrices and contact [mm]
     settings: Settings  # of C

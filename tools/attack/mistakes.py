@@ -25,6 +25,9 @@ from fuzz import limited
 from outcomes import Outcome
 
 import femic
+from femic.tables.columns import CONTACT as QUANTITIES
+from femic.tables.columns import FORCES
+from femic.tables.creep_table import AXES
 
 STEEL = femic.Material(E=210e3, nu=0.3)
 PLANE = femic.plane()
@@ -43,6 +46,11 @@ ICS = femic.compute_ics(PAIR, PATCH, [LINE], ["A", "Bhat"]).assign_coords(varian
 ICS["estimate"] = 0.01 * abs(ICS.ic.sel(variant="C", drop=True))  # with B-hat as C
 CONTACT = femic.solve_contact(PAIR, PRESSED, ["A"], femic.ContactSetup(elements=8))
 GAP = [[-1.0, 0.0], [1.0, 1e-3]]
+TABLE = xr.Dataset(  # of creep forces, all 1
+    {name: (AXES[:2], np.ones((1, 1))) for name in QUANTITIES}
+    | {name: (AXES, np.ones((1, 1, 1, 1, 8, 3))) for name in FORCES},
+    coords={axis: [1.0] for axis in AXES[:4]} | {"angle": np.arange(8) / 8, "creepage": [0.0, 0.5, 1.0]},
+)
 COMPUTE = {  # what computes, by the module that calls it
     "femic.interface.ics": ("compute", "approximations_dataset", "calibrate"),
     "femic.interface.matrices": ("matrices",),
@@ -50,6 +58,7 @@ COMPUTE = {  # what computes, by the module that calls it
     "femic.interface.solver": ("grids.grids_of",),
     "compare.interface": ("run.run_scene",),
     "femic.interface.profiles": ("wheelset.compute_shifts",),
+    "femic.interface.tables": ("tables.compute_table", "tables.write_table"),
 }
 
 
@@ -302,6 +311,23 @@ ARGUMENTS: Mapping[Callable[..., Any], Mapping[str, Argument]] = {
         "ics": needed("A", *WORD, ["A"], ["A", "B"], MATRIX.ic, MATRIX.ic.values, ICS, xr.Dataset()),
         "setup": needed(femic.ContactSetup(), *noun(femic.ContactSetup), {"elements": 8}),
         "options": needed(femic.Options(), *OPTIONS),
+    },
+    femic.compute_table: {
+        "pair": needed(PAIR, *noun(femic.Pair)),
+        "loads": needed([1e3], *NUMBERS, [-1.0], [2e3, 1e3], [1e3, 1e3]),
+        "shifts": Argument([0.0], (*NUMBERS, [1.0, 0.0])),
+        "friction": Argument([0.3], (*NUMBERS, [-0.1], [3.0], [0.4, 0.3])),
+        "spin": Argument(1.0, (*NUMBER, -1.0, 11.0)),
+        "ics": Argument("A", (*WORD, ["A"], MATRIX)),
+        "tolerance": Argument(0.03, (*NUMBER, 0.0, 0.7)),
+        "elements": Argument(12, (*WHOLE, 7, 33)),
+        "setup": Argument(femic.ContactSetup(), (*noun(femic.ContactSetup), femic.ContactSetup(shift=1.0))),
+        "options": needed(femic.Options(), *OPTIONS),
+    },
+    femic.read_table: {"table": needed(TABLE, *PATH, "nowhere.nc", "nowhere.txt", MATRIX, xr.Dataset())},
+    femic.write_table: {
+        "table": needed(TABLE, *DATASET),
+        "folder": needed("out", *PATH),
     },
     femic.compute_matrix: {
         "pair": needed(PAIR, *noun(femic.Pair)),
