@@ -32,7 +32,7 @@ from femic.results.ics import solids, solved_parts, solver_seconds
 from femic.results.matrices import SOURCE, compute_matrix, discounted, expected_seconds, matrix_plans
 from femic.results.matrix_check import ColumnCheck, check_columns
 from femic.scenes import receipts
-from femic.scenes.plausibility import warnings
+from femic.scenes.plausibility import pair_warnings
 from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
 from geometries.patches import COMPONENTS, DIRECTIONS, Grid
@@ -134,7 +134,7 @@ def write_matrix(scene: Scene, out: Path, strip: int | None = None, options: Run
                 summary(matrix, size, allowed),
                 sections,
                 answer_table(matrix, checks, allowed),
-                [*warnings(scene), *doubts(matrix, checks, allowed)],
+                [*pair_warnings(scene), *doubts(matrix, checks, allowed)],
             )
             write_page(page, path, COMMAND)
     return path

@@ -48,7 +48,7 @@ def run(scene: SceneName, /, *, work: Work = DEFAULT_WORK) -> None:
 
 def _computed(scene: Scene, folder: Path, work: Work, console: Console) -> Path:
     """Compute a scene, with warnings and progress on the console; return the path of its report."""
-    print_warnings(scene, console)
+    print_warnings(scene, console, of_contact=False)
     with work.options(folder, console) as options:
         return ics_results.run_scene(scene, folder, options)
 

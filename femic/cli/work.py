@@ -125,9 +125,10 @@ def announce(report: Path, console: Console) -> None:
         parts.write_index(OUT)
 
 
-def print_warnings(scene: Scene, console: Console) -> None:
-    """Print what is implausible in a scene."""
-    for text in plausibility.warnings(scene):
+def print_warnings(scene: Scene, console: Console, *, of_contact: bool = True) -> None:
+    """Print what is implausible in the contact of a scene, or in its ICs on lines."""
+    found = plausibility.pair_warnings if of_contact else plausibility.warnings
+    for text in found(scene):
         console.print(f"note: {text}", soft_wrap=True)
 
 

@@ -22,12 +22,25 @@ SLENDER = 4  # aspect of a patch beyond which the estimate on it is least reliab
 
 
 def warnings(scene: Scene) -> list[str]:
-    """Return what a user should know before trusting the results of a scene, one sentence each.
+    """Return what a user should know before trusting the ICs of a scene, one sentence each.
 
     There is none about bodies that the scene does not compare: they are neither solved nor approximated.
     """
-    per_body = [text for name in scene.solved for text in _body_warnings(scene, name, scene.bodies[name])]
-    return [*per_body, *_domain_warnings(scene), *_pair_warnings(scene)]
+    per_body = [
+        text
+        for name in scene.solved
+        for of_body in (_patch_warnings, _body_warnings, _turning_warnings)
+        for text in of_body(scene, name, scene.bodies[name])
+    ]
+    of_pair = _moduli_warnings, _pairing_warnings
+    both = [text for of in of_pair for text in of(scene) if "combined" in scene.compared]
+    return [*per_body, *_domain_warnings(scene), *both]
+
+
+def pair_warnings(scene: Scene) -> list[str]:
+    """Return the same of contacts and IC matrices, which use neither the patch nor the lines of a scene."""
+    per_body = [text for name, body in scene.bodies.items() for text in _body_warnings(scene, name, body)]
+    return [*per_body, *_moduli_warnings(scene)]
 
 
 def modulus_warnings(E: float, of: str = "") -> Iterator[str]:
@@ -39,7 +52,7 @@ def modulus_warnings(E: float, of: str = "") -> Iterator[str]:
         )
 
 
-def _body_warnings(scene: Scene, name: str, body: Body) -> Iterator[str]:
+def _patch_warnings(scene: Scene, name: str, body: Body) -> Iterator[str]:
     patch, contour = scene.patch, body.contour
     patch_size = max(patch.a, patch.b)
     s = patch.s + np.linspace(-patch.b, patch.b, 201)
@@ -62,6 +75,10 @@ def _body_warnings(scene: Scene, name: str, body: Body) -> Iterator[str]:
                 f"patch.s = {patch.s:g}: the patch lies on the joint of arc and flank of {name}.contour "
                 f"(s = {joint:.4g} mm), where the curvature jumps"
             )
+
+
+def _body_warnings(_: Scene, name: str, body: Body) -> Iterator[str]:
+    contour = body.contour
     yield from modulus_warnings(body.material.E, f"{name}.")
     if body.material.nu > NEARLY_INCOMPRESSIBLE:
         yield (
@@ -76,14 +93,16 @@ def _body_warnings(scene: Scene, name: str, body: Body) -> Iterator[str]:
             f"{name}.contour: {wedge:.0f} degrees of material between the flanks. The body is slender, and "
             "its bending remains in C after the rigid motion is subtracted"
         )
-    if np.isinf(body.rolling_radius):
-        return
-    reach = max(np.max(np.abs(line.x)) for line in scene.lines)
-    if body.outline is None and body.reaches_hub and body.rolling_radius < HUB_PROBLEM:
+    is_round = np.isfinite(body.rolling_radius)
+    if is_round and body.outline is None and body.reaches_hub and body.rolling_radius < HUB_PROBLEM:
         yield (
             f"{name}.rolling_radius = {body.rolling_radius:g}: below {HUB_PROBLEM} mm the hub (radius "
             f"{body.rolling_radius - body.depth:g} mm, clamped) influences the result"
         )
+
+
+def _turning_warnings(scene: Scene, name: str, body: Body) -> Iterator[str]:
+    reach = max(np.max(np.abs(line.x)) for line in scene.lines)
     if body.rolling_radius < LARGE_ROLLING_RADIUS * reach:
         yield (
             f"{name}.rolling_radius = {body.rolling_radius:g}: {body.rolling_radius / reach:.2g} times the "
@@ -123,16 +142,17 @@ def _domain_warnings(scene: Scene) -> Iterator[str]:
         )
 
 
-def _pair_warnings(scene: Scene) -> Iterator[str]:
-    lower, upper = (scene.bodies[name] for name in ("lower", "upper"))
-    ratio = upper.material.E / lower.material.E
-    if "combined" not in scene.compared:
-        return
+def _moduli_warnings(scene: Scene) -> Iterator[str]:
+    ratio = scene.bodies["upper"].material.E / scene.bodies["lower"].material.E
     if not 1 / UNLIKE_MODULI < ratio < UNLIKE_MODULI:
         softer = "lower" if ratio > 1 else "upper"
         yield (
             f"upper.E / lower.E = {ratio:.3g}: the combined ICs are practically those of the {softer} body"
         )
+
+
+def _pairing_warnings(scene: Scene) -> Iterator[str]:
+    lower, upper = (scene.bodies[name] for name in ("lower", "upper"))
     s = np.concatenate([line.s for line in scene.lines])
     angles = np.degrees(np.abs(upper.contour.inclination(s) - lower.contour.inclination(s)))
     if np.max(angles) > CONFORMAL:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from femic.scenes.load import builtin_names, load_scene
-from femic.scenes.plausibility import warnings
+from femic.scenes.plausibility import pair_warnings, warnings
 from tests.femic.scenes.changes import SHORT, arc, both, engine, line, patch, straight
 
 STRAIGHT = {"lower": straight(-8.0, 8.0), **SHORT}
@@ -139,3 +139,12 @@ def test_only_bodies_that_the_scene_compares_are_warned_about(bodies, n):
     texts = [text for text in warnings(load_scene("geometry1", changes)) if text.startswith("lower.")]
     assert len(texts) == n, texts
     assert all(any(reason in text for text in texts) for reason in REASONS[:n])
+
+
+def test_contacts_and_matrices_are_not_warned_of_patch_and_lines():
+    """They use neither; what holds of the bodies is said in both."""
+    scene = load_scene("geometry1", across_and("x") | patch(0.2, 1.01) | {"lower": {"nu": 0.46}})
+    of_lines, of_pair = warnings(scene), pair_warnings(scene)
+    assert any("longest line along x" in text for text in of_lines)
+    assert any("patch.b" in text for text in of_lines)
+    assert [text for text in of_lines if "nearly incompressible" in text] == of_pair != []
