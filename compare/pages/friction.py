@@ -191,15 +191,22 @@ def verdict_cells(dataset: xr.Dataset) -> dict[str, Cell]:
 
 
 def verdict_text(dataset: xr.Dataset, what: str, where: tuple[str, str]) -> str:
-    """Return these verdicts in sentences: `what` differs by at most the tolerance at all places, or more."""
+    """Return these verdicts in sentences: `what` differs by at most the tolerance at all places, or more.
+
+    With several coefficients of friction, they say at which one the difference is largest.
+    """
     cells = {ics_symbol(name): cell for name, cell in verdict_cells(dataset).items()}
-    return verdict_sentences(
+    largest = ""
+    if cells and dataset.sizes["friction"] > 1:
+        largest = f" The largest difference is at friction {worst_friction(dataset):g}."
+    said = verdict_sentences(
         {symbol: cell.text for symbol, cell in cells.items()},
         {symbol: cell.below for symbol, cell in cells.items()},
         f"{what} differs from {reference_symbol(dataset)}",
         f"{tolerance(dataset):g} {difference_unit(dataset)}",
         where,
     )
+    return said + largest
 
 
 def worst_friction(dataset: xr.Dataset) -> float:

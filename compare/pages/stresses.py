@@ -146,6 +146,11 @@ def doubts(dataset: xr.Dataset) -> list[str]:
             f"The stresses and the verdicts use the tractions of {reference_symbol(dataset)}, an "
             "approximation. Add C to the ICs for those of the reference."
         )
+    if attributes["fineness"] < 1:
+        found.append(
+            f"The models are coarser than usual (fineness = {attributes['fineness']:g}). The estimated "
+            "errors contain this; for final numbers use 1 or more."
+        )
     for body in bodies(dataset):
         actual = dataset.sel(body=body, source=ACTUAL)
         largest = f"The largest von Mises stress of the {body} body"

@@ -90,6 +90,7 @@ def compute_stresses(scene: Scene, options: RunOptions = DEFAULT) -> xr.Dataset:
         motion=contacts.problem.specification.motion,
         load=contacts.load,
         friction=contacts.friction,
+        fineness=scene.stresses.fineness,
         reference=contacts.reference,
         p_max_of_reference=contacts.p_max(contacts.reference),
         p_max_of_A=contacts.p_max("A") if "A" in contacts.tractions else np.nan,

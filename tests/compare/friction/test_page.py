@@ -121,6 +121,9 @@ def test_the_answer_of_rolling_has_the_numbers_of_the_arrays(rolled):
 def test_ics_differ_most_at_the_friction_shown_first(rolled):
     worst = float(rolled.friction[int(rolled.largest.sel(ics="A").argmax("friction"))])
     assert worst_friction(rolled) == worst_friction(rolled.isel(friction=slice(None, None, -1))) == worst
+    said = f" The largest difference is at friction {worst:g}. "
+    assert said in rolling_page.parts(rolled).summary
+    assert "The largest difference" not in rolling_page.parts(rolled.isel(friction=[0])).summary
     for chart in (rolling_page.creep_force(rolled), rolling_page.centre_line(rolled), numbers_chart(rolled)):
         content = read_chart(chart)
         assert content["labels"][content["start"]] == f"μ\u00a0=\u00a0{worst:g}"

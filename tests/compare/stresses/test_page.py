@@ -72,7 +72,7 @@ def test_material_ratchets_below_a_load_factor_of_1(dataset):
 
 
 def test_doubts_go_with_their_causes(dataset):
-    sure = dataset.assign_attrs(reference="C", yield_stress=1e9).assign(
+    sure = dataset.assign_attrs(reference="C", yield_stress=1e9, fineness=1.0).assign(
         {
             name: xr.zeros_like(values)
             for name, values in dataset.items()
@@ -84,6 +84,7 @@ def test_doubts_go_with_their_causes(dataset):
     causes = [
         sure.assign_attrs(reference="Bhat"),
         sure.assign_attrs(yield_stress=1.0),
+        sure.assign_attrs(fineness=0.5),
         sure.assign(deepest_von_mises=xr.ones_like(sure.deepest_von_mises)),
         sure.assign(x_von_mises=0 * sure.x_von_mises + float(dataset.x_lower[0])),
         sure.assign(estimate_von_mises=np.nan * sure.von_mises),
