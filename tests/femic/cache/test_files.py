@@ -52,15 +52,9 @@ def test_a_file_stays_as_it_was_where_writing_fails(tmp_path):
 
 def test_dataset_that_cannot_be_read_back_is_not_written(tmp_path, monkeypatch):
     path = write_dataset(DATASET, tmp_path / "a.nc")
-    opened = xr.open_dataset
-
-    def other(*args, **named):
-        result = opened(*args, **named).load()
-        result["p"][2] = np.nan  # what a disk has lost
-        return result
-
-    monkeypatch.setattr(xr, "open_dataset", other)
-    with pytest.raises(Failure, match=r"a\.nc: p cannot be read back"):
+    read = Path.read_bytes
+    monkeypatch.setattr(Path, "read_bytes", lambda path: read(path)[:-9] + bytes(9))  # what a disk has lost
+    with pytest.raises(Failure, match=r"a\.nc: cannot be read back"):
         write_dataset(DATASET.assign_attrs(title="new"), path)
     monkeypatch.undo()
     assert xr.load_dataset(path, engine="h5netcdf").title == "three"
