@@ -117,7 +117,7 @@ def test_pages_with_computed_numbers_and_the_table_of_the_readme_are_not_written
     pages = write_docs["pages"]()
     assert set(pages) == {
         *("reference/command-line.md", "reference/scene-keys.md", "decide/ics-tables.md"),
-        *("decide/stresses.md", "decide/which-ics.md"),
+        *("decide/formulas.md", "decide/stresses.md", "decide/which-ics.md"),
         *("evidence/advice.md", "evidence/validation.md", "evidence/extremes.md"),
         *("evidence/accuracy.md", "evidence/other-programs.md", "evidence/performance.md"),
     }

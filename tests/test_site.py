@@ -15,7 +15,7 @@ import femic
 
 ROOT = Path(__file__).parents[1]
 SOURCES = ("docs", "examples", "tests", "tools")
-LINKED = ("LICENSE", "CITATION.cff")
+LINKED = ("LICENSE", "CITATION.cff", "compare/report/plotly/LICENSE")
 LOADED = {"script": "src", "img": "src", "source": "src", "iframe": "src", "link": "href"}
 
 
@@ -46,6 +46,7 @@ def site(tmp_path_factory):
     for folder in SOURCES:
         shutil.copytree(ROOT / folder, root / folder, ignore=shutil.ignore_patterns("gallery", "__pycache__"))
     for file in LINKED:
+        (root / file).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / file, root / file)
     options = ["--quiet", "--fail-on-warning", "--keep-going", "-D", "plot_gallery=0"]
     done = subprocess.run(

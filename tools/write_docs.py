@@ -18,6 +18,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import contact_formulas
 import decision_page
 import decisions
 import evidence_page
@@ -51,6 +52,8 @@ def compute() -> None:
     run("validate")
     save_written("validation")
     save("stresses", stress_numbers.compute())
+    save("formulas", contact_formulas.compute())
+    contact_formulas.draw(stored_numbers()["formulas"]).savefig(DOCS / "images" / "formulas.png", dpi=130)
     run("calibrate", *GEOMETRIES)
     frontiers = {}
     for name in GEOMETRIES:
