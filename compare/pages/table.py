@@ -11,7 +11,6 @@ from compare.report.looks import FURTHER, ics_symbol
 from compare.report.parts import Folded, Note, Page, Section, Verbatim, write_results
 from compare.report.tables import Cell, Row, Table, number_text, numbers, texts
 from femic.results.tables import NUMBERS, OF_AXES, error, interpolated
-from femic.tables.columns import CONTACT
 from femic.tables.creep_table import AXES
 
 FORCES = ("f_x", "f_y", "m_n")
@@ -115,24 +114,17 @@ def creep_forces(dataset: xr.Dataset) -> Chart:
 
 def contacts(dataset: xr.Dataset) -> Chart:
     """Return contact angle, largest pressure and normal force over the shift, at each load."""
-    panels, shown = (
-        [],
-        {"contact_angle": (180 / np.pi, "°"), "p_max": (1.0, "MPa"), "normal_force": (1e-3, "kN")},
-    )
-    for name, (factor, unit) in shown.items():
+    shown = (("contact_angle", 180 / np.pi, "°"), ("p_max", 1.0, "MPa"), ("normal_force", 1e-3, "kN"))
+    shifts, loads, panels = dataset["shift"].values, dataset["load"].values[-MOST_CURVES:], []
+    for name, factor, unit in shown:
         curves = [
-            Curve(
-                f"load {load:.6g} N",
-                dataset["shift"].values,
-                factor * dataset[name].sel(load=load).values,
-                look,
-            )
-            for load, look in zip(dataset["load"].values[-MOST_CURVES:], FURTHER, strict=False)
+            Curve(f"load {load:.6g} N", shifts, factor * dataset[name].sel(load=load).values, look)
+            for load, look in zip(loads, FURTHER, strict=False)
         ]
-        panels.append(Panel(CONTACT[name][-1], "lateral shift [mm]", f"{name} [{unit}]", curves))
-    return Chart(
-        "contacts", {"": panels}, 3, alt="contact angle, largest pressure and normal force over shift"
-    )
+        title = name.replace("p_max", "largest pressure").replace("_", " ")
+        panels.append(Panel(title, "lateral shift [mm]", f"{name} [{unit}]", curves))
+    alt = "contact angle, largest pressure and normal force over the shift"
+    return Chart("contacts", {"": panels}, 3, alt=alt)
 
 
 def nodes(dataset: xr.Dataset) -> Table:
