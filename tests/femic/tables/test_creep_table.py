@@ -1,14 +1,21 @@
 """The readers of tables: exact for what they interpolate exactly, smooth, the same in Python and in C."""
 
+import re
 import shutil
 import subprocess
 from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from femic.results import tables
+from femic.scenes.load import load_scene
+from femic.tables import creep_table, refinement
 from femic.tables.columns import CONTACT, FORCES
 from femic.tables.creep_table import AXES, Table, read, slope, stencil
+
+READER = creep_table.__file__
 
 NODES = {
     "shift": [-4.0, -1.0, 0.0, 2.0, 5.0],
@@ -266,3 +273,51 @@ def test_weights_add_up_and_slopes_are_those_of_lines():
         assert weights.sum() == pytest.approx(1)
         assert weights @ nodes[used] == pytest.approx(value)
     assert slope(nodes[:3], 4.0) @ nodes[:3] == pytest.approx(1)
+
+
+# --- the page ---
+
+
+def blocks(language):
+    page = (Path(__file__).parents[3] / "docs/how-to/tables.md").read_text(encoding="utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```$", page, flags=re.DOTALL | re.MULTILINE)
+
+
+def test_the_page_reads_a_table_in_python_as_it_says(tmp_path, monkeypatch, capsys):
+    written(make(), tmp_path / "table.txt")
+    shutil.copy(READER, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    code = next(block for block in blocks("python") if "import creep_table" in block)
+    names = {}
+    exec(compile(code, "tables.md", "exec"), names)
+    assert names["forces"] == make().forces(1.5, 80e3, 0.3, -1e-3, 2e-4, 0.0)
+    assert len(capsys.readouterr().out.split()) == 7
+    assert names["creep_table"].__file__ == str(tmp_path / "creep_table.py")
+
+
+def test_the_page_reads_a_table_in_c_as_it_says(program, tmp_path):
+    (code,) = blocks("c")
+    include, body = code.split("\n", 1)
+    shutil.copy(program.with_name("creep_table.h"), tmp_path)
+    body = f"{include}\nint main(void) {{\n{body}\nreturn failed; }}\n"
+    (tmp_path / "page.c").write_text(body)
+    command = [shutil.which("cc") or "gcc", "-std=c99", "page.c", "-o", "page", "-lm"]
+    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+    written(make(), tmp_path / "table.txt")
+    done = subprocess.run([tmp_path / "page"], cwd=tmp_path, capture_output=True, text=True, check=True)
+    expected = make().forces(1.5, 80e3, 0.3, -1e-3, 2e-4, 0.0)
+    assert [float(word) for word in done.stdout.split()[:2]] == pytest.approx(
+        [expected["F_x"], expected["F_y"]], rel=1e-5
+    )
+
+
+def test_the_scene_of_the_page_has_a_table(tmp_path):
+    (tmp_path / "mine.toml").write_text(next(block for block in blocks("toml") if "[lower]" in block))
+    scene = load_scene(tmp_path / "mine.toml")
+    tables.require_table(scene)
+    at_side, mirrored_in_itself = 3 * (8 * 7 + 1), 2 * 7 + 1
+    in_middle = (at_side + mirrored_in_itself) // 2
+    held_out = refinement.HELD_OUT * refinement.IN_HELD_OUT
+    expected = 2 * 2 + refinement.HELD_OUT, 2 * (in_middle + at_side) + held_out
+    assert tables.plan_table(scene) == expected
