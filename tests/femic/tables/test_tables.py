@@ -316,3 +316,13 @@ def test_a_second_run_solves_nothing_again(ball, tmp_path, monkeypatch):
     np.testing.assert_array_equal(first.table.values, again.table.values)
     with pytest.raises(AssertionError, match="solved again"):
         refined_table(ball, replace(specification, elements=9), options, map)
+
+
+def test_nodes_are_inserted_in_the_middle_of_spins_on_both_sides_and_angles_are_doubled():
+    nodes = first_nodes(TableSpecification(shifts=(0.0, 1.0, 3.0), loads=(LOAD,)))
+    assert refinement.insert(nodes, "shift", [1])["shift"] == (0.0, 1.0, 2.0, 3.0)
+    assert refinement.insert(nodes, "spin", [0])["spin"] == (-1.0, -0.5, 0.0, 0.5, 1.0)
+    more = refinement.insert(nodes, "turn", [3])["turn"]
+    assert set(nodes["turn"]) < set(more)
+    assert more == tuple(Fraction(k, 16) for k in range(16))
+    assert refinement.insert(nodes, "creepage", [0, 6])["creepage"][:3] == (0.0, 0.06, 0.12)

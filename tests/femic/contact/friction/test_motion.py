@@ -20,6 +20,7 @@ from femic.contact.friction.motion import (
     SteadyRolling,
     centred,
     centred_derivative,
+    growing,
 )
 from femic.contact.patch import Box, block_mean
 from geometries.contours import arc, plane
@@ -354,3 +355,14 @@ def test_a_plane_on_a_plane_only_slides_and_turns():
 def test_creepages_must_be_numbers(name, value):
     with pytest.raises(WrongInput, match=f"{name}=.*: must be finite"):
         Creepages(**{name: value})
+
+
+def test_pairs_of_friction_by_angle_must_grow():
+    pairs = ((20.0, 1.0), (40.0, 0.3))
+    assert growing(pairs) == pairs
+    with pytest.raises(ValueError, match="angle 20 comes after 40: angles must increase"):
+        growing(pairs[::-1])
+    with pytest.raises(ValueError, match="angle 20 comes after 20"):
+        growing((pairs[0], pairs[0]))
+    with pytest.raises(ValueError, match="all factors are 0"):
+        growing(((20.0, 0.0),))
