@@ -41,7 +41,7 @@ TABLE_BEGINS, TABLE_ENDS = "<!-- table by tools/write_docs.py -->", "<!-- end of
 OUT = Path("out")
 GEOMETRIES = ("geometry1", "geometry2")
 TOLERANCES = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.001)
-BLANKS = re.compile(r"\n{3,}")
+BLANKS = re.compile(r"(^```.*?^```$)|\n{3,}", re.DOTALL | re.MULTILINE)  # code keeps its own
 QUESTIONS = {"nn": ("nn",), "nn, ss, xx": ("nn", "ss", "xx"), "all six": ()}
 
 
@@ -203,10 +203,15 @@ def pages() -> dict[str, str]:
     numbers, made = stored_numbers(), environment()
     known = numbers | declared() | {"benchmarks": evidence_page.recorded(NUMBERS / "benchmarks")}
     texts = {
-        page: BLANKS.sub("\n\n", made.get_template(place(path)).render(**known)).rstrip() + "\n"
+        page: without_blanks(made.get_template(place(path)).render(**known)).rstrip() + "\n"
         for page, path in templates().items()
     }
     return {page: text + computed_with(templates()[page], numbers) for page, text in texts.items()}
+
+
+def without_blanks(text: str) -> str:
+    """Return a text without second empty lines, but for those in code."""
+    return BLANKS.sub(lambda found: found[1] or "\n\n", text)
 
 
 def readme() -> str:
