@@ -9,7 +9,7 @@
    bodies is that under the load without friction; it stays when friction acts. Creepages are those of the
    wheel: longitudinal is omega R / V - 1, lateral the lateral velocity over V, spin [1/mm] the angular
    velocity about z over V. Cubic interpolation with continuous slopes, over the logarithm of the load, as in
-   creep_table.py. */
+   creep_table.py. Numbers are read with a decimal point: LC_NUMERIC has to be that of C. */
 
 #ifndef CREEP_TABLE_H
 #define CREEP_TABLE_H
