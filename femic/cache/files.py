@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
 from uuid import uuid4
 
+from femic.lazy import lazy_imports
 from geometries.errors import Failure
 
-if TYPE_CHECKING:
+with lazy_imports():
     import xarray as xr
 
 UNFINISHED = ".unfinished."  # in the names of unfinished files
@@ -42,12 +43,24 @@ def write_text(text: str, path: Path) -> Path:
     return path
 
 
+def netcdf(dataset: xr.Dataset) -> bytes:
+    """Return the content of a NetCDF file with a dataset.
+
+    Without xarray's lock, for which it would ask the scheduler of any Dask cluster of this process: each file
+    would cost messages, and none could be written after the cluster has ended. h5py locks HDF5 itself.
+    """
+    content = BytesIO()
+    with xr.backends.H5NetCDFStore.open(content, mode="w", lock=False) as file:
+        dataset.dump_to_store(file)
+    return content.getvalue()
+
+
 def write_dataset(dataset: xr.Dataset, path: Path) -> Path:
     """Write a NetCDF file, read it back, and return its path.
 
     Raises Failure where the file has other bytes than were written.
     """
-    content = bytes(dataset.to_netcdf(engine="h5netcdf"))
+    content = netcdf(dataset)
     with replacing(path) as unfinished:
         unfinished.write_bytes(content)
         if unfinished.read_bytes() != content:

@@ -22,6 +22,7 @@ from uuid import uuid4
 import numpy as np
 
 from femic.cache.digests import code_digest
+from femic.cache.files import netcdf
 from femic.lazy import lazy_imports
 from geometries.arrays import Array
 
@@ -61,7 +62,7 @@ class Store:
 
     def put(self, key: str, entry: xr.Dataset) -> None:
         """Store an entry, and remove its parts, which are no longer needed."""
-        self._write(f"{key}.nc", lambda: bytes(entry.to_netcdf(engine="h5netcdf")))
+        self._write(f"{key}.nc", lambda: netcdf(entry))
         self._remove(f"{key}.parts")
 
     def part(self, key: str, name: str) -> Arrays | None:

@@ -13,7 +13,7 @@ import xarray as xr
 from approx.pair import columns as approximations
 from approx.variants import needs_effective
 from femic.cache.digests import results_digest, versions
-from femic.cache.files import replacing
+from femic.cache.files import netcdf, replacing
 from femic.cache.workers import one_blas_thread
 from femic.contact.operators.dense import reciprocity, smallest_eigenvalues
 from femic.contact.pairs.ics import domain_on
@@ -205,7 +205,7 @@ class MatrixFile:
         moments = np.stack([reference.discount for reference in references.values()])
         variants = [*scene.variants, "C"]
         unknown = np.full((len(scene.compared), len(variants), 3, 3), np.nan)
-        xr.Dataset(
+        empty = xr.Dataset(
             {"discount": (("solved", "moved", "force"), moments)}
             | {
                 name: (("body", "variant", "i", "j"), unknown, {"units": "1", "long_name": meaning})
@@ -223,7 +223,8 @@ class MatrixFile:
                 "moved": list(AXES),
                 "force": list(AXES),
             },
-        ).to_netcdf(self._path, engine="h5netcdf")
+        )
+        self._path.write_bytes(netcdf(empty))
         self._file, self._solved = h5netcdf.File(self._path, "a"), references
         for name, kind, meaning in VARIABLES:
             variable = self._file.create_variable(

@@ -11,11 +11,13 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 import xarray as xr
+from distributed import Client
 
 from femic.cache import folders
 from femic.cache.files import UNFINISHED, remove_unfinished, replacing, write_dataset, write_text
 from femic.cache.folders import LOCK, locked, require_usable
 from geometries.errors import Failure, WrongInput
+from tests.compare.campaigns import campaigns
 
 DATASET = xr.Dataset(
     {
@@ -33,6 +35,18 @@ def test_what_is_written_is_read(tmp_path):
     xr.testing.assert_identical(xr.load_dataset(path, engine="h5netcdf"), DATASET)
     assert write_text("ü\n", tmp_path / "a.txt").read_text(encoding="utf-8") == "ü\n"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.nc", "a.txt"]
+
+
+def test_no_cluster_is_asked_for_a_lock(tmp_path):
+    """Each file would cost messages, and none could be written after the cluster has ended."""
+    with campaigns.threads() as cluster:
+        client = Client(cluster)
+        client.submit(write_dataset, DATASET, tmp_path / "a.nc").result()
+        assert not any(worker._client for worker in cluster.workers.values())
+        client.sync(client.rpc.close)
+        write_dataset(DATASET, tmp_path / "b.nc")
+        client.close()
+    assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
 
 
 def test_a_file_stays_as_it_was_where_writing_fails(tmp_path):
