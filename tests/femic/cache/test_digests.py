@@ -65,6 +65,10 @@ def test_what_the_code_does_changes_it(of, change):
     assert of(CODE.replace(*change)) != of(CODE)
 
 
+def test_code_before_the_first_comment_counts(of):
+    assert of("FACTOR = 2.0  # a factor\n") != of("FACTOR = 3.0  # a factor\n")
+
+
 def test_a_text_that_is_no_docstring_counts(of):
     for form in ('"{}"', '\\\n    """{}"""', "f(\n    '{}'\n)", 'f(\n    """{}"""\n)', '"# {}"', "'\\'# {}'"):
         one, other = (f'def f():\n    """Words."""\n    return {form.format(text)}\n' for text in "ab")

@@ -84,6 +84,8 @@ def test_models_of_other_code_are_deleted_and_nothing_else(tmp_path):
         (tmp_path / name).mkdir()
     Store(tmp_path).remove_other_code()
     assert {path.name for path in tmp_path.iterdir()} == {"0123456789abc", "mine", code_digest()}
+    Store(tmp_path / "none").remove_other_code()
+    assert not (tmp_path / "none").exists()
 
 
 # --- what may go wrong ---------------------------------------------------------------------------------
@@ -153,7 +155,7 @@ def test_folders_and_files_in_the_place_of_entries_are_replaced(tmp_path, caplog
 def test_unparsable_entries_are_logged_and_computed_again(tmp_path, caplog, monkeypatch):
     """Undamaged, and not what the library that reads it expects."""
     store = Store(tmp_path)
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", lambda *_args, **_named: b"no NetCDF")
+    monkeypatch.setattr("femic.cache.store.netcdf", lambda _: b"no NetCDF")
     monkeypatch.setattr(np, "savez", lambda buffer, **_: buffer.write(b"no archive"))
     store.put("key", ENTRY)
     store.put_part("key", "part", {"u": np.eye(2)})

@@ -89,6 +89,14 @@ def test_the_plan_solves_nothing(command, monkeypatch):
     assert not Path("out").exists()
 
 
+def test_without_a_mirror_the_plan_has_all_creepages(command):
+    """Bodies that are their mirror images need half of the creepages where they are not shifted."""
+    lopsided = SCENE.replace("flank_inclination_deg = 30.0", "flank_inclination_deg = [28.0, 30.0]")
+    assert lopsided != SCENE
+    _, printed = command(lopsided, "--plan")
+    assert f"{2 * (8 * 7 + 1) + 3 * refinement.IN_HELD_OUT} contacts at {2 + 3} positions" in printed
+
+
 @pytest.mark.parametrize(
     ("text", "options", "message"),
     [

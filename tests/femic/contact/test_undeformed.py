@@ -26,7 +26,7 @@ def surfaces(upper, lower, *, rolling_radius=np.inf, s_range=(-4.0, 4.0), shift=
 def test_a_plane_above_an_arc():
     """Along the normal of a circle of radius R: (R - R cos + raised) / cos."""
     angle = S_AT / 6.0
-    scene = surfaces(plane(), arc(6.0, 0.9, 0.9))
+    scene = Undeformed(Surface(UPPER, plane()), Surface(LOWER, arc(6.0, 0.9, 0.9)), (-4.0, 4.0))
     for approach in (0.0, 0.2, -0.1):
         expected = (6.0 * (1 - np.cos(angle)) - approach) / np.cos(angle)
         np.testing.assert_allclose(scene.distance(0.0, S_AT, approach), expected, rtol=1e-12, atol=1e-14)
@@ -102,6 +102,15 @@ def test_of_two_bumps_the_higher_one_touches_first(higher):
     assert smooth.position(at)[0] == pytest.approx(higher, abs=1e-3)
     crown = z.max() - np.interp(0.0, y, z)  # contours are 0 at y = 0
     assert raised == pytest.approx(crown, abs=1e-6)
+
+
+@pytest.mark.parametrize("end", [-1, 1])
+def test_surfaces_may_touch_beside_the_end_of_the_range(end):
+    """Circles of radius 5 in 5.4, the outer one moved by y: they touch at the angle asin(y / 0.4)."""
+    at = 5.0 * np.arcsin(end * 0.2 / 0.4)
+    s_range = sorted((at + end * 1e-3, -3.0 * end))
+    scene = surfaces(arc(5.4, 1.2, 1.2), arc(5.0, 1.0, 1.1), s_range=tuple(s_range), shift=-end * 0.2)
+    assert scene.touching[0] == pytest.approx(at, abs=1e-5)
 
 
 @pytest.mark.parametrize("rolling_radius", [np.inf, 30.0])

@@ -95,7 +95,9 @@ def test_displacements_of_a_wrench_are_rigid(rolling_radius):
         across[0] * np.cos(delta) - across[1] * np.sin(delta),
         across[0] * np.sin(delta) + across[1] * np.cos(delta),
     ]
-    np.testing.assert_allclose(np.einsum("aip,a->ip", generalized(body, xi, s)[:4], q), local, atol=1e-14)
+    forces = generalized(body, xi, s)
+    assert forces.shape == (6, 3, 3)
+    np.testing.assert_allclose(np.einsum("aip,a->ip", forces[:4], q), local, atol=1e-14)
 
 
 WHEELS = [(20.0, UPPER), (60.0, LOWER), (500.0, UPPER), (500.0, LOWER), (1e6, UPPER)]
@@ -237,6 +239,16 @@ def test_discounted_ics_meet_the_half_space_where_the_rule_says(fit):
     delta = fit.body.contour.inclination(fit.points.s)
     u_z = -np.sin(delta) * u[1] + np.cos(delta) * u[2]
     assert u_z[1] - u_z[2] == pytest.approx(a[2, 1, 1] - a[2, 1, 2], rel=1e-9)
+
+
+@pytest.mark.parametrize("case", ["unsymmetric", "off centre, unsymmetric"])
+def test_on_unsymmetric_sections_normal_loads_do_not_tilt_and_coupling_vanishes_near(case):
+    fit = Fit(*CASES[case])
+    u_s, u_n = (fit.u[load] - rigid_part(fit.m, fit.body, fit.points, load) for load in CENTRAL[1:])
+    delta, largest = fit.body.contour.inclination(fit.points.s), np.abs(u_n).max()
+    u_z = -np.sin(delta) * u_n[1] + np.cos(delta) * u_n[2]
+    assert u_z[1] - u_z[2] == pytest.approx(0, abs=1e-9 * largest)
+    assert u_n[1, 0] + u_s[2, 0] == pytest.approx(0, abs=1e-9 * largest)
 
 
 @pytest.mark.parametrize("contour", [SYMMETRIC, UNSYMMETRIC], ids=["symmetric", "unsymmetric"])

@@ -247,6 +247,7 @@ def test_discount_is_refused_for_approximations(ics, tmp_path, capsys, monkeypat
         ("0 312", "0 123", "line 2: [0, 123]; only [0, 312] is read"),
         ("1 0\n", "0 0\n", "line 3"),
         ("2 3 0.4 0.6", "2 3 0.4", "the first 4 lines"),
+        ("2 3 0.4 0.6", "0 3 0.4 0.6", "mx = 0"),
         ("1 0.4 28 29", "2 0.4 28 29", "line 12: expected ix = 1"),
         ("35 36", "35 nan", "values: 1 are not finite"),
         ("89 90\n", "89\n", "line 24: expected ix = 1"),

@@ -50,6 +50,7 @@ REFUSED = {  # by a built-in scene: changes, and what is said
     "flat": [
         (lower(poisson=1), r"lower\.poisson: unknown key"),
         ({"engin": {}}, r"engin: unknown key; did you mean 'engine'"),
+        ({"qqqqqq": {}}, r"qqqqqq: unknown key; see `femic scenes --show flat` for all keys"),
         ({"lines": 2 * line("x", 1.6, 3.0)["lines"]}, "two lines are identical"),
         ({"bodies": ["lower", "lower"]}, "lower given twice"),
         ({"variants": ["Bhut"]}, r"variants\.0 = 'Bhut': Input should be 'A', 'B', .* or 'mix'"),

@@ -174,6 +174,11 @@ def test_middle_of_an_interval_is_in_t_and_on_a_ring_an_order():
     assert ring.between(0.3, 0.5) == pytest.approx(0.4)
     assert ring.between(0.0, 0.2) == pytest.approx(0.1)
     assert 0.4 <= ring.between(0.3, 9.0) <= 8.9
+    for radius in (10.0, 460.0, 0.7):  # orders over some radii, times these, are below the orders by rounding
+        ring = Axis(1e-3, 25.0, radius)
+        for order in range(1, 200):
+            between = ring.between((order - 1) / radius, (order + 1) / radius)
+            assert between == pytest.approx(order / radius, rel=1e-12)
 
 
 @pytest.mark.parametrize("accuracy", [1e-2, 1e-4, 1e-6])

@@ -5,6 +5,7 @@ import pytest
 
 from approx.halfspace import HalfSpace
 from femic.reference.engines import HARMONIC, SOLID
+from femic.reference.harmonic.synthesis import chebyshev_points
 from femic.reference.job import Settings, Shares
 from femic.reference.matrix.job import MatrixJob
 from femic.reference.matrix.reference import assess_matrices, column_scale, column_shares
@@ -193,6 +194,11 @@ def test_first_cells_and_domains_follow_tolerance_and_grid():
     assert HARMONIC.far_radius(1e-3, GRID) == HARMONIC.far_radius(0.1, GRID) == 1280.0
     assert HARMONIC.far_radius(1e-3, wide) == pytest.approx(600 * 15)
     assert HARMONIC.far_radius(1e-3 / 4, wide) == pytest.approx(2 * 600 * 15)
+
+
+def test_chebyshev_points_are_zeros_of_a_chebyshev_polynomial():
+    points = chebyshev_points(np.array([0.3, -0.1, 0.2]), 7)
+    np.testing.assert_allclose(np.cos(7 * np.arccos((points - 0.1) / 0.2)), 0, atol=1e-12)
 
 
 def test_wavenumbers_are_as_dense_as_the_least_scale_of_each_pair_of_strips_needs():
