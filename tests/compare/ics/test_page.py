@@ -60,6 +60,10 @@ def test_accuracy_has_the_largest_estimate_on_both_scales_and_parts_that_add_up(
             largest = max(values.sel(i=c[0], j=c[1]).max().item() for c in components_in(scene.ics))
             assert shown == pytest.approx(100 * largest, abs=0.006)
         assert max(parts) <= refinement + 0.006 <= sum(parts) + 0.03
+        vanish = [
+            c for c in components_in(scene.ics) if known.solved_vanishes.sel(i=c[0], j=c[1]).values.any()
+        ]
+        assert row.filled[-1].text == (", ".join(vanish) or "–")
 
 
 def test_answer_has_the_worst_errors_of_both_bodies_and_the_estimate_of_c_there(scene, shown):

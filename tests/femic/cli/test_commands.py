@@ -3,6 +3,7 @@
 What they ask for is recorded instead of computed.
 """
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -239,6 +240,7 @@ def test_plan_shows_total_seconds_and_largest_memory(monkeypatch, capsys):
     assert "about 100 s, 900 MB for the models; 2 s for the matrices" in output
     for shown in ("1,234,567", "1.5", "1280 mm", "640 mm", "infinite", "55"):
         assert shown in output
+    assert re.search("lower, fine .* harmonic .* y .* 1.5 ", output)
 
 
 @pytest.fixture

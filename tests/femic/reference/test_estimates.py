@@ -1,11 +1,13 @@
 """What says how accurate C is, on numbers made by hand: estimates, orders, scales, the worst of them."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from femic.reference.engine import Cost, Points, RawICs, Request
+from femic.reference import engine
+from femic.reference.engine import Cost, Points, RawICs, Request, peak_memory
 from femic.reference.engines import ENGINES, HARMONIC, SOLID
 from femic.reference.harmonic.request import HIGHEST, tightening
 from femic.reference.result import (
@@ -22,8 +24,9 @@ from femic.reference.result import (
     worst,
 )
 from femic.reference.run_options import HIGHER, Level, factors
+from geometries.contours import arc
 from geometries.patches import Patch
-from tests.femic.reference.conftest import COARSE, JOB, changed
+from tests.femic.reference.conftest import COARSE, JOB, changed, request_for
 
 COST = Cost(1, 1, "none", (), 0.0, {}, 0.0)
 RNG = np.random.default_rng(5)
@@ -181,6 +184,19 @@ def test_the_largest_wavenumber_grows_by_the_cube_root_of_the_tolerance_and_doub
     assert HIGHER == 2
     for waves in (0, 1, 2):
         assert asked(tolerance, 1.0, waves).highest == pytest.approx(larger * 2**waves * HIGHEST)
+
+
+@pytest.mark.parametrize(("radius", "larger"), [(100.0, 1.0), (2.0, 2.0)])
+def test_the_largest_wavenumber_grows_with_the_root_of_the_curvature_under_the_load(radius, larger):
+    """From elements on, the half-side of which is a twentieth of the radius."""
+    request = HARMONIC.request(request_for(arc(radius, 0.5, 0.5), patch=Patch(0.4, 0.3)))
+    assert request.k_max == pytest.approx(larger * request.highest / 0.3, rel=1e-3)
+
+
+def test_peak_memory_is_about_the_same_by_the_state_of_the_process_and_by_its_usage(monkeypatch):
+    by_state = peak_memory()
+    monkeypatch.setattr(engine, "STATE", Path("nowhere"))
+    assert 0.5 * by_state < peak_memory() < 4 * by_state  # of what started this one, where that was larger
 
 
 def test_accuracy_of_wavenumbers_follows_the_line_with_the_least_displacements():

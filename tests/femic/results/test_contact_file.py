@@ -238,6 +238,15 @@ def test_discount_is_refused_for_approximations(ics, tmp_path, capsys, monkeypat
     assert not (tmp_path / "out").exists()
 
 
+def test_bhat_prime_is_refused_without_effective_properties(tmp_path, capsys):
+    fit = {"mismatch_k": {"far": 0.1, "r_inf": 9.0, "m": 1.0, "n": 2.0}}
+    for_one = CURVED | {"bodies": ["lower", "combined"], "effective": {"lower": fit}}
+    for table in (CURVED, for_one):
+        code, output = output_of(table, tmp_path, capsys, "--ics", "Bhat_prime")
+        assert code == WRONG_INPUT
+        assert "the scene has no effective properties" in output
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

@@ -37,6 +37,7 @@ def test_numbers_arrive_in_mm_mpa_and_rad():
     assert lower.contour.inclination(np.array([-15.0, 15.0])) == pytest.approx(np.radians([-65, 65]))
     assert upper.contour.inclination(np.array([-15.0, 1.0])) == pytest.approx([-np.radians(60), 1 / 10.1])
     assert astuple(scene.patch) == (0.167, 0.158, 0.0)
+    assert scene.half_turn == pytest.approx(np.pi * 500.0)
     assert scene.reference_length == pytest.approx(10.0)
     assert flat({"lower": {"E": 70e3}, "upper": {"E": 3.0}}).reference_E == 70e3
 
@@ -109,6 +110,7 @@ mismatch_k = { far = 0.12, r_inf = 11.0, m = 1.5, n = 2.5 }
 [effective.upper]
 G = { far = 7e4, r_inf = 9.0, m = 1.0, n = 2.0 }
 """
+K = {"mismatch_k": {"far": 0.1, "r_inf": 9.0, "m": 1.0, "n": 2.0}}
 
 
 def test_effective_properties_reach_the_pair_and_the_listing(write_scene):
@@ -121,10 +123,16 @@ def test_effective_properties_reach_the_pair_and_the_listing(write_scene):
     assert shown.effective == SceneFile.model_validate(tomllib.loads(path.read_text())).effective
 
 
+def test_bhat_prime_needs_effective_properties_of_a_compared_body():
+    assert flat({"bodies": ["lower", "combined"], "effective": {"lower": K}}).fitted == ("lower",)
+    for given in ({}, {"bodies": ["combined"], "effective": {"lower": K}}):
+        with pytest.raises(BadScene, match="variants: Bhat_prime needs effective properties of the compared"):
+            flat({"variants": ["Bhat_prime"]} | given)
+
+
 def test_curvature_is_apart_only_where_the_combined_properties_say_so():
-    k = {"mismatch_k": {"far": 0.1, "r_inf": 9.0, "m": 1.0, "n": 2.0}}
     for given, apart in (({"curvature": "apart"}, True), ({"curvature": "contained"}, False), ({}, False)):
-        scene = flat({"effective": {"combined": k | given}})
+        scene = flat({"effective": {"combined": K | given}})
         assert scene.curvature_apart == apart == scene.pair.curvature_apart
         assert scene.pair.effective == EffectiveProperties(mismatch_k=Transition(0.1, 9.0, 1.0, 2.0))
     assert not flat(PROPERTY).curvature_apart

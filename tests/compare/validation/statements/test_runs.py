@@ -31,6 +31,13 @@ def recorded(monkeypatch):
     return Runs(RunOptions(1), tolerance=0.007), scenes
 
 
+def test_what_has_a_name_is_computed_once_by_each_memory():
+    runs, values, memory = Runs(RunOptions(1), tolerance=0.007), iter(range(9)), {}
+    assert [runs.once("one", lambda: next(values)) for _ in range(2)] == [0, 0]
+    assert [runs.once("one", lambda: next(values), memory) for _ in range(2)] == [1, 1]
+    assert memory == {"one": 1}
+
+
 def test_a_geometry_has_all_components_and_variants_and_is_computed_once(recorded):
     runs, scenes = recorded
     for name in (*GEOMETRIES, *GEOMETRIES):

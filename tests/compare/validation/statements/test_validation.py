@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from approx import forms
@@ -180,6 +181,24 @@ def test_the_command_writes_json_and_a_page_and_continues_after_an_interruption(
     page = (tmp_path / "validation.html").read_text(encoding="utf-8")
     assert page.count('<div class="chart"') == 2
     capsys.readouterr()
+
+
+def entry_of(values, threshold=0.5):
+    criterion = Criterion("less", "it is less", "<", threshold, lambda _: values)
+    return verdicts.as_entry(Statement(99, "A claim.", [criterion], lambda _: ()), {"less": values})
+
+
+def test_unknown_numbers_are_valid_json_and_come_first_in_the_table_of_criteria():
+    entry = entry_of({"one": 0.4, "two": np.nan, "three": 0.7})
+    assert json.loads(json.dumps(entry, allow_nan=False)) == entry
+    row = verdicts._criteria_table(entry["criteria"]).rows[0]
+    assert row.cells[-1].startswith("two: ")
+    assert "three: 0.7" in row.cells[-1]
+
+
+def test_where_all_cases_meet_a_criterion_the_column_of_the_others_is_left_out():
+    table = verdicts._criteria_table(entry_of({"one": 0.4, "two": 0.3})["criteria"])
+    assert [len(row.cells) for row in table.rows] == [len(table.columns)] == [3]
 
 
 def test_a_registered_statement_is_assessed_and_reported(tmp_path, monkeypatch, capsys):

@@ -212,3 +212,11 @@ def test_wavenumbers_are_as_dense_as_the_least_scale_of_each_pair_of_strips_need
     assert result.shape == (3, 1, np.sum(near))
     for of_load in result:
         np.testing.assert_allclose(of_load[0], expected, rtol=1e-12)
+
+
+def test_where_conditions_of_m_read_wavenumbers_are_as_dense_as_the_least_a_nn_there_needs():
+    of_strips = job()
+    loads, s = of_strips.fit_loads, of_strips.fit_points("approach").s
+    distances = s - np.array([load.patch.s for load in loads])[:, None]
+    least = np.min(of_strips.half_space_nn(0.0, distances))
+    np.testing.assert_allclose(of_strips._least_scales(loads, s), least, rtol=1e-12)
