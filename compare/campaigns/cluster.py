@@ -255,11 +255,13 @@ def in_order(
 @contextmanager
 def _quiet() -> Iterator[None]:
     """Let Dask, whose workers come and go, log critical errors only within the context."""
-    others = logging.getLogger("asyncio")
-    before = others.level
-    others.setLevel(logging.CRITICAL)
+    loggers = {name: logging.getLogger(name) for name in ("asyncio", "distributed")}
+    before = {name: logger.level for name, logger in loggers.items()}
+    for logger in loggers.values():
+        logger.setLevel(logging.CRITICAL)
     try:
         with silence_logging_cmgr(logging.CRITICAL):
             yield
     finally:
-        others.setLevel(before)
+        for name, logger in loggers.items():
+            logger.setLevel(before[name])

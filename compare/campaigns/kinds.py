@@ -12,12 +12,12 @@ from types import MappingProxyType
 import numpy as np
 import xarray as xr
 
-from compare.campaigns.maps import bhat_nn, maps_of_scene
+from compare.campaigns.maps import bhat_for_map, maps_of_scene
 from compare.studies.frontier import cheapest, worst_shares
-from femic.contact.motions import MOTIONS
+from femic.contact.motions import MOTIONS, find_motion
 from femic.contact.motions.rolling import OF_CURVE
 from femic.contact.pairs.grids import grids_of
-from femic.contact.pairs.ics import C, c_jobs, normal_ics
+from femic.contact.pairs.ics import C, c_jobs, full_ics, normal_ics
 from femic.contact.pairs.pair_on_grid import pair_on_grid
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
 from femic.reference.job import Job
@@ -31,8 +31,9 @@ from femic.results.friction import compute_with_friction
 from femic.results.ics import Results, compute, ics_measure, jobs, reference_ics, solver_seconds
 from femic.results.stressed_contact import require_stresses, with_one_contact
 from femic.results.stresses import ACTUAL, BODIES, HALF_SPACE, compute_stresses
-from femic.scenes.errors import BadScene
 from femic.scenes.scene import Scene
+from geometries.arrays import Array
+from geometries.patches import DIRECTIONS
 
 Jobs = Mapping[str, Job] | Mapping[str, MatrixJob]
 SHARE = {"units": "1"}
@@ -193,36 +194,45 @@ CALIBRATION = ResultKind(
 )
 
 
-# --- C_nn on the grid of a scene ------------------------------------------------------------------------
+# --- C on the grid of a scene ---------------------------------------------------------------------------
 
 
 MATRICES = {
-    "c": "C_nn of both bodies after the discount",
+    "c": "C of both bodies after the discount",
     "c_estimate": "its estimated error",
-    "bhat": "B-hat_nn of both bodies",
+    "bhat": "B-hat of both bodies",
 }
-MATRIX_DIMS = ("lag", "observed", "loaded")
+MATRIX_DIMS = ("lag", "observed", "loaded", "i", "j")
 
 
 def matrix(scene: Scene, options: RunOptions = DEFAULT) -> xr.Dataset:
     """Return `c`, `c_estimate`, `bhat` (lag, observed, loaded) [mm/MPa] on the grid: a node of a map of C.
 
-    These are the ICs of frictionless contact, with the strips of the upper body opposite those of the lower
-    one. Raises as `femic.reference.matrix.reference.matrices`.
+    They are those of nn, which contact without friction needs; with friction of all components (..., i, j),
+    with displacements of a wheel as the rail sees them where the scene's motion is rolling. The strips of the
+    upper body are opposite those of the lower one. Raises as `femic.reference.matrix.reference.matrices`.
     """
     problem = scene.contact_problem
     on_grid = pair_on_grid(problem, scene.grid)
-    ic, estimate = normal_ics(problem, on_grid, options)
-    values = {"c": ic, "c_estimate": estimate.astype(np.float32), "bhat": bhat_nn(on_grid)}
+    if scene.contact.friction:
+        rolls = find_motion(scene.contact).wheel_rolls
+        ic, estimate = full_ics(problem, on_grid, options, wheel_rolls=rolls)
+        directions = {name: list(DIRECTIONS) for name in MATRIX_DIMS[3:]}
+    else:
+        ic, estimate = normal_ics(problem, on_grid, options)
+        directions = {}
+    bhat = bhat_for_map(scene, on_grid)
+    values: dict[str, Array] = {"c": ic, "c_estimate": estimate.astype(np.float32), "bhat": bhat}
     mm = {"units": "mm"}
     about = {name: {"units": "mm/MPa", "long_name": meaning} for name, meaning in MATRICES.items()}
     return xr.Dataset(
-        {name: (MATRIX_DIMS, value, about[name]) for name, value in values.items()}
+        {name: (MATRIX_DIMS[: value.ndim], value, about[name]) for name, value in values.items()}
         | {
             "lag_x": ("lag", scene.grid.lags, mm | {"long_name": "lag along x"}),
             "observed_s": ("observed", scene.grid.strips, mm | {"long_name": "arc length of a strip"}),
             "loaded_s": ("loaded", scene.grid.strips, mm | {"long_name": "arc length of a strip"}),
-        }
+        },
+        coords=directions,
     )
 
 
@@ -230,20 +240,10 @@ def _matrix_jobs(scene: Scene) -> list[Jobs]:
     return [c_jobs(scene.contact_problem, pair_on_grid(scene.contact_problem, scene.grid))]
 
 
-def _require_matrix(scene: Scene) -> None:
-    """Raise BadScene with friction, as maps of C have nn only, and where the grid fits to no contact."""
-    if scene.contact.friction is not None:
-        raise BadScene(
-            f'{scene.name}: contact.motion = {scene.contact.motion!r}: "matrix" keeps C_nn, for contact '
-            "without friction; leave the motion out"
-        )
-    _matrix_jobs(scene)
-
-
 MATRIX = ResultKind(
     matrix,
     _matrix_jobs,
-    _require_matrix,
+    _matrix_jobs,  # raises where the grid fits to no contact
     frozenset({*MATRIX_DIMS, *MATRICES, "lag_x", "observed_s", "loaded_s"}),
 )
 
@@ -271,7 +271,7 @@ def contact(scene: Scene, options: RunOptions) -> xr.Dataset:
     if scene.contact.friction is None:
         solved = compute_contact(scene, options, maps_of_scene(scene))
         return solved[[f"{prefix}{name}" for prefix in ("", "estimate_") for name in OF_FRICTIONLESS]]
-    solved = compute_with_friction(scene, options)
+    solved = compute_with_friction(scene, options, maps_of_scene(scene))
     solved = solved.rename({name: name + END_OF_CURVE for name in DISTANCES if name in solved})
     numbers = solved[[name for name in solved.data_vars if name in CONTACT_NAMES]]
     return numbers.drop_vars([name for name in numbers.coords if name not in CONTACT_NAMES]).astype(float)

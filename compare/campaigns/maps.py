@@ -1,6 +1,7 @@
-"""C at any values of the swept keys of a campaign: maps of C_nn on a grid, and fits of B-hat-prime.
+"""C at any values of the swept keys of a campaign: maps of C on a grid, and fits of B-hat-prime.
 
-A map of C is of a campaign that kept "matrix". C less B-hat is interpolated between the nodes, as a share of
+A map of C is of a campaign that kept "matrix": of C_nn, or, where its scenes have friction, of all
+components, as their motion needs them. C less B-hat is interpolated between the nodes, as a share of
 the mean B-hat of an element on itself: it is smaller and smoother than C, and does not depend on the size of
 the moduli. B-hat itself is exact. At a node the map is C to rounding. Its error: the estimate of C at the
 nodes around, and the largest error at left-out nodes around the place, along each axis.
@@ -16,6 +17,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import joblib
 import numpy as np
@@ -24,8 +26,10 @@ import xarray as xr
 from approx.calibration import Fit, Target, fit
 from compare.campaigns.interpolation import KINK, SceneGrid, Stencil, interpolate, open_grid
 from compare.campaigns.keys import is_number
+from femic.contact.motions import find_motion
 from femic.contact.operators.approximations import approximate_matrix
-from femic.contact.pairs.pair_on_grid import PairOnGrid
+from femic.contact.pairs.ics import GivenICs
+from femic.contact.pairs.pair_on_grid import PairOnGrid, pair_on_grid
 from femic.results.calibration import dimensionless_factor, target_from
 from femic.scenes.errors import BadScene
 from femic.scenes.ic_names import MAP, is_map
@@ -46,7 +50,7 @@ VARIABLES = ("c", "c_estimate", "bhat")
 class CMap:
     """The map of C of a campaign that kept "matrix", at the place of one scene.
 
-    A contact takes it as given ICs (`femic.contact.pairs.ics.NormalICs`).
+    A contact without friction takes it as given ICs (`femic.contact.pairs.ics.NormalICs`).
     """
 
     nodes: SceneGrid
@@ -58,15 +62,16 @@ class CMap:
         return scene_from_table(dict(self.nodes.table), str(self.nodes.path)).grid
 
     def at(self, on_grid: PairOnGrid) -> tuple[Array, Array]:
-        """Return C_nn [mm/MPa] of both bodies on the grid, and its error, (n_x, n_s, n_s) each.
+        """Return C [mm/MPa] of both bodies on the grid, and its error.
 
-        Raises BadScene where the scene is not one of the map's but for the axes, WrongInput outside the map,
-        and Failure where a scene of the campaign that is needed has no results.
+        Shape (n_x, n_s, n_s) each, C_nn; with friction (n_x, n_s, n_s, 3, 3). Raises BadScene where the scene
+        is not one of the map's but for the axes, WrongInput outside the map, and Failure where a scene of the
+        campaign that is needed has no results.
         """
         point = self.point
         stencils = self.nodes.stencils(point)
-        bhat = bhat_nn(on_grid)
-        own, axes = _self_ic(bhat), tuple(range(len(stencils)))
+        bhat = bhat_for_map(self.scene, on_grid)
+        own, axes = self._self_ic(bhat), tuple(range(len(stencils)))
         correction = interpolate(self._corrections(stencils), stencils)
         estimate = np.max(self.nodes.at_nodes("c_estimate", stencils), axis=axes)
         return bhat + own * correction, estimate + own * self._error(point)
@@ -106,7 +111,15 @@ class CMap:
     def _corrections(self, stencils: list[Stencil]) -> Array:
         """Return C less B-hat at the nodes of stencils, over the mean B-hat of an element on itself [-]."""
         bhat = self.nodes.at_nodes("bhat", stencils)
-        return (self.nodes.at_nodes("c", stencils) - bhat) / _self_ic(bhat)[..., None, None, None]
+        own = self._self_ic(bhat)
+        return (self.nodes.at_nodes("c", stencils) - bhat) / own.reshape(
+            own.shape + (1,) * (bhat.ndim - own.ndim)
+        )
+
+    def _self_ic(self, bhat: Array) -> Array:
+        """Return the mean of B-hat_nn of an element on itself [mm/MPa], by node."""
+        nn = bhat[..., N, N] if self.scene.contact.friction else bhat
+        return np.asarray(np.mean(np.diagonal(nn[..., 0, :, :], axis1=-2, axis2=-1), axis=-1))
 
     def _error(self, point: tuple[float, ...]) -> Array:
         """Return errors of corrections near a point [-]: the sum over axes of the largest at left-out nodes.
@@ -138,20 +151,22 @@ def open_map(name: str, scene: Scene) -> CMap:
         raise BadScene(f"contact.ics: {MAP}{error}") from error
 
 
-def maps_of_scene(scene: Scene) -> dict[str, CMap]:
-    """Open the maps of C among the ICs of a scene, by name; raise as `open_map`."""
-    return {name: open_map(name, scene) for name in scene.contact.ics if is_map(name)}
+def maps_of_scene(scene: Scene) -> dict[str, Any]:
+    """Open the maps of C among the ICs of a scene, by name; raise as `open_map`.
+
+    With friction they are read on their grid (`femic.contact.pairs.ics.GivenICs`), which raises as `CMap.at`.
+    """
+    maps = {name: open_map(name, scene) for name in scene.contact.ics if is_map(name)}
+    if not scene.contact.friction:
+        return dict(maps)
+    problem = scene.contact_problem
+    return {name: GivenICs(own.grid, *own.at(pair_on_grid(problem, own.grid))) for name, own in maps.items()}
 
 
-def bhat_nn(on_grid: PairOnGrid) -> Array:
-    """Return B-hat_nn of both bodies on a grid [mm/MPa], (n_x, n_s, n_s)."""
+def bhat_for_map(scene: Scene, on_grid: PairOnGrid) -> Array:
+    """Return B-hat of both bodies on a grid [mm/MPa], nn or, with friction, all: (n_x, n_s, n_s[, 3, 3])."""
     ics = approximate_matrix("Bhat", on_grid.pair, on_grid.grid, upper_offset=on_grid.offset)
-    return ics[..., N, N]
-
-
-def _self_ic(bhat: Array) -> Array:
-    """Return the mean of B-hat (..., lag, observed, loaded) of an element on itself [mm/MPa], (...)."""
-    return np.asarray(np.mean(np.diagonal(bhat[..., 0, :, :], axis1=-2, axis2=-1), axis=-1))
+    return ics if scene.contact.friction else ics[..., N, N]
 
 
 def _inputs_of_c(scene: Scene, name: str) -> dict[str, object]:
@@ -170,6 +185,7 @@ def _inputs_of_c(scene: Scene, name: str) -> dict[str, object]:
         "engine.far_radius": scene.support_radius,
         "reference_length": settings.approach_side,
         "contact.shift": scene.contact.shift,
+        "contact.motion": scene.contact.friction and find_motion(scene.contact).wheel_rolls,
     }
 
 

@@ -93,7 +93,7 @@ def contact(
                 stored = fe_page.stored_solution(solved, dataset, options.store)
                 report = page.write_contact(solved, dataset.assign_attrs(choice=choice), folder, stored)
             else:
-                dataset = friction_compute.compute_with_friction(solved, options)
+                dataset = friction_compute.compute_with_friction(solved, options, c_map.maps_of_scene(solved))
                 dataset = friction_compute.with_supports(solved, dataset, options)
                 write = friction_pages.PAGES[solved.contact.motion].write
                 report = write(dataset.assign_attrs(choice=choice), folder)

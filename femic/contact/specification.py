@@ -183,8 +183,8 @@ class ContactSpecification:
             min_length=1,
             description=f"ICs to solve the contact with: C, {', '.join(VARIANTS)}, or one of these with "
             "components of another: Bhat+sn:B is Bhat with sn of B, and ns by reciprocity. map:FILE takes "
-            "C from the file of a campaign with keep = matrix: without friction, on the grid of that "
-            "campaign",
+            "C from the file of a campaign with keep = matrix, on the grid of that campaign; with "
+            "friction, its scenes have the same motion",
         ),
         EachOnce,
     ] = ("A", "B", "Bhat", "C")

@@ -45,10 +45,6 @@ def require_solvable(scene: Scene, given: Collection[str] = ()) -> None:
             f"{scene.name}: contact.ics: Bhat_prime needs effective properties of both bodies: "
             "`femic calibrate` fits them"
         )
-    if (maps := map_names(specification.ics)) and specification.friction:
-        raise BadScene(
-            f"{scene.name}: contact.ics: {maps[0]}: maps of C hold nn only, for frictionless contact; use C"
-        )
     misfits: list[str] = []
     if C in specification.ics and C not in given:
         misfits += [*single_load_misfits(scene), *matrix_engine_misfits(scene)]

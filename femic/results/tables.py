@@ -83,7 +83,8 @@ def require_table(scene: Scene) -> None:
         raise BadScene(f"{scene.name}: table.loads: give loads in N, or contact.loads")
     if is_map(own.ics):
         raise BadScene(
-            f"{scene.name}: table.ics: {own.ics}: maps of C hold nn only; give C or an approximation"
+            f"{scene.name}: table.ics: {own.ics}: a map of C has one grid, a table needs many; give C or an "
+            "approximation"
         )
     rolling = rolling_scene(scene)
     require_none(scene.name, list(contact_misfits(rolling)))

@@ -272,6 +272,17 @@ def normal_ics(
     return sum_of_bodies(on_grid, bodies)[..., 0, 0], estimate[..., 0, 0]
 
 
+def full_ics(
+    problem: ContactProblem, on_grid: PairOnGrid, options: RunOptions = DEFAULT, *, wheel_rolls: bool
+) -> tuple[Array, Array]:
+    """Return C of both bodies in all directions, with its error [mm/MPa], (n_x, n_s, n_s, 3, 3) each.
+
+    `wheel_rolls`: with the displacements of the upper body as the rail sees them in rolling.
+    """
+    bodies, estimate = c_of_bodies(problem, on_grid, options, ALL)
+    return sum_of_bodies(on_grid, _each_reciprocal(bodies), wheel_rolls=wheel_rolls), estimate
+
+
 def normal_operator(ics: Array) -> GridOperator:
     """Return the operator of nn ICs (n_x, n_s, n_s) [mm/MPa], which are made symmetric."""
     return GridOperator.from_ics(reciprocal(ics[..., None, None]), NORMAL)

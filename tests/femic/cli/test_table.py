@@ -104,7 +104,7 @@ def test_without_a_mirror_the_plan_has_all_creepages(command):
         (SCENE.replace("rolling_radius = 460.0", ""), (), "upper.rolling_radius = inf"),
         (SCENE.replace("[0.0, 0.5]", "[0.5, 0.0]"), (), "table.shifts = [0.5, 0.0]: 0 comes after 0.5"),
         (SCENE + 'ics = "Bhat_prime"\n', (), "Bhat_prime needs effective properties"),
-        (SCENE + 'ics = "map:c.nc"\n', (), "table.ics: map:c.nc: maps of C"),
+        (SCENE + 'ics = "map:c.nc"\n', (), "table.ics: map:c.nc: a map of C has one grid"),
         (SCENE, ("--workers", "1", "--scheduler", "tcp://a:1"), "leave out --workers or --scheduler"),
     ],
 )

@@ -2,6 +2,7 @@
 
 import shutil
 from functools import cache
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -9,12 +10,14 @@ import pytest
 import xarray as xr
 
 from compare.campaigns import kinds
-from compare.campaigns.maps import bhat_nn, maps_of_scene, open_map
+from compare.campaigns.maps import bhat_for_map, maps_of_scene, open_map
 from compare.report.looks import ics_symbol
 from femic.contact.pairs import ics as reference_ics
 from femic.contact.pairs.grids import grids_of
+from femic.contact.pairs.ics import GivenICs
 from femic.contact.pairs.pair_on_grid import pair_on_grid
-from femic.results.contact import compute_contact, reference_name, require_solvable
+from femic.results.contact import compute_contact, reference_name
+from femic.results.friction import compute_with_friction
 from femic.scenes.errors import BadScene
 from femic.scenes.load import load_scene
 from geometries.errors import Failure, WrongInput
@@ -55,11 +58,17 @@ def steep(ratio, modulus):
 
 
 def c_of(problem, on_grid, f):
-    """B-hat, and f times a share of its own ICs that is largest at small lags and on equal strips."""
-    bhat, grid = bhat_nn(on_grid), on_grid.grid
+    """B-hat, and f times a share of its own ICs that is largest at small lags and on equal strips.
+
+    With friction of all components: the same share of xx, ss, nn.
+    """
+    grid, friction = on_grid.grid, problem.specification.friction
+    bhat = bhat_for_map(SimpleNamespace(contact=problem.specification), on_grid)
     near = np.exp(-np.abs(np.subtract.outer(grid.strips, grid.strips)))
-    shape = np.exp(-grid.lags)[:, None, None] * near
-    return bhat + f(*ratio_and_modulus(problem)) * bhat[0, 0, 0] * shape
+    shape = f(*ratio_and_modulus(problem)) * np.exp(-grid.lags)[:, None, None] * near
+    if friction:
+        return bhat + bhat[0, 0, 0, 2, 2] * shape[..., None, None] * np.eye(3)
+    return bhat + bhat[0, 0, 0] * shape
 
 
 def true_c(scene, f):
@@ -88,12 +97,13 @@ def make(map_of, tmp_path, monkeypatch):
     """A function that makes a map of C = f(ratio, modulus) times B-hat; returns its name."""
 
     def make(f=polynomial, left_out=(), base=BASE, campaign=CAMPAIGN):
-        def normal_ics(problem, on_grid, _means=None):
+        def made_ics(problem, on_grid, _options=None, **_rolls):
             c = c_of(problem, on_grid, f)
             return c, np.full_like(c, ESTIMATE)
 
         for module in (kinds, reference_ics):
-            monkeypatch.setattr(module, "normal_ics", normal_ics)
+            monkeypatch.setattr(module, "normal_ics", made_ics)
+        monkeypatch.setattr(kinds, "full_ics", made_ics)
         (tmp_path / "base.toml").write_text(base, encoding="utf-8")
         return f"map:{map_of(f, left_out, base, campaign)}"
 
@@ -151,6 +161,52 @@ def test_contact_with_a_map_agrees_with_c_within_its_estimate(make, tmp_path):
     assert float(by_map.approach) != float(c.approach)
     assert float(by_map.estimate_approach) > float(c.estimate_approach)
     assert abs(float(contacts.approach.sel(ics="Bhat") / c.approach) - 1) > 0.1
+
+
+ROLLING = BASE.replace(
+    'ics = ["Bhat", "C"] }',
+    'ics = ["Bhat", "C"], motion = "rolling", friction = [0.3], longitudinal = [-1e-3, 1e-3], spin = 1e-4 }',
+)
+
+
+def rolling_at(folder, ratio, modulus, ics):
+    keys = {"motion": "rolling", "friction": [0.3], "longitudinal": [-1e-3, 1e-3], "spin": 1e-4, "ics": ics}
+    return scene_at(folder, ratio, modulus, contact=keys)
+
+
+def test_with_friction_a_map_has_all_components(make, tmp_path):
+    name = make(base=ROLLING)
+    scene = rolling_at(tmp_path, 1.15, 3e5, [name])
+    given = maps_of_scene(scene)[name]
+    assert given.grid == scene.grid
+    np.testing.assert_allclose(given.ics, true_c(scene, polynomial), rtol=1e-10, atol=1e-18)
+    np.testing.assert_allclose(given.estimate, ESTIMATE, rtol=1e-3)
+
+
+def test_rolling_with_a_map_agrees_with_c_within_its_estimate(make, tmp_path):
+    name = make(steep, base=ROLLING)
+    scene = rolling_at(tmp_path, 1.15, 3e5, ["Bhat", name, "C"])
+    c = GivenICs(scene.grid, true_c(scene, steep))
+    by_ics = compute_with_friction(scene, given=maps_of_scene(scene) | {"C": c}).isel(friction=0, xi=0)
+    c, by_map, bhat = (by_ics.sel(ics=ics) for ics in ("C", name, "Bhat"))
+    for number in ("F_x", "F_y", "p_max"):
+        assert float(by_map[number]) == pytest.approx(float(c[number]), rel=1e-2)
+        assert abs(float(by_map[number] - c[number])) < float(by_map[f"estimate_{number}"])
+        assert abs(float(bhat[number] - c[number])) > 10 * abs(float(by_map[number] - c[number])) > 0
+
+
+COMPRESSION = BASE.replace('"C"] }', '"C"], motion = "compression", friction = [0.3] }')
+
+
+@pytest.mark.parametrize(
+    ("own", "other"), [(BASE, ROLLING), (ROLLING, COMPRESSION), (ROLLING, BASE)], ids=["", "rolling", "none"]
+)
+def test_a_map_serves_its_own_motion_only(make, tmp_path, own, other):
+    name = make(base=own)
+    (tmp_path / "base.toml").write_text(other, encoding="utf-8")
+    scene = scene_at(tmp_path, 1.15, 3e5)
+    with pytest.raises(BadScene, match=r"contact\.motion of the lower body: not as in"):
+        read(name, scene)
 
 
 def test_contact_is_solved_on_the_grid_of_the_map(make, tmp_path):
@@ -248,7 +304,7 @@ def test_large_map_with_an_unreadable_chunk_is_refused(make, tmp_path, monkeypat
         read(f"map:{path}", scene_at(tmp_path, 1.15, 3e5))
 
 
-def test_other_files_and_maps_for_friction_are_refused(make, tmp_path):
+def test_other_files_are_refused(make, tmp_path):
     for name, message in (
         ("map:nowhere.nc", "no such file"),
         (f"map:{__file__}", "not the file of a campaign"),
@@ -258,8 +314,6 @@ def test_other_files_and_maps_for_friction_are_refused(make, tmp_path):
     xr.Dataset(attrs={"points": "grid"}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
     with pytest.raises(BadScene, match="not a map"):
         open_map(f"map:{tmp_path / 'other.nc'}", None)
-    with pytest.raises(BadScene, match="maps of C hold nn only"):
-        require_solvable(scene_at(tmp_path, 1.1, 3e5, contact={"ics": [make()], "motion": "compression"}))
     few = CAMPAIGN.replace("1.05, 1.1, 1.2, 1.3", "1.05, 1.1")
     with pytest.raises(BadScene, match=r"axis ratio, 2 values: a map needs 3 or more"):
         open_map(make(campaign=few), None)
