@@ -87,8 +87,7 @@ def summary(dataset: xr.Dataset) -> str:
 def _largest_difference(shares: xr.DataArray, known: xr.DataArray) -> str:
     """Return the share that is furthest from zero, in percent with its sign and its estimate."""
     worst = int(np.argmax(np.abs(shares.values)))
-    text = with_estimate(100 * shares.values[worst], 100 * known.values[worst])
-    return f"{'+' if shares.values[worst] > 0 else ''}{text} %"
+    return f"{with_estimate(100 * shares.values[worst], 100 * known.values[worst], signed=True)} %"
 
 
 def doubts(dataset: xr.Dataset) -> list[str]:
