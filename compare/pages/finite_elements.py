@@ -61,7 +61,7 @@ PROFILES = "Pressures at x = 0 by finite elements, and with ICs on the elements 
 def write_fe_contact(dataset: xr.Dataset, out: Path) -> Path:
     """Write `fe_contact.nc`, figures and `fe_contact.html` into a folder; returns the path of the page."""
     title = str(dataset.attrs["title"]).replace(
-        "Frictionless contact", "Contact with ICs, and with finite elements"
+        "Contact without friction", "Contact without friction by ICs and by finite elements"
     )
     answer = answer_table(dataset, FE, _compared_ics(dataset))
     page = Page(title, summary(dataset), _sections(dataset), answer, doubts(dataset))

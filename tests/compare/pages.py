@@ -48,8 +48,8 @@ def read_texts(table):
 
 def read_number(text):
     """The number and its estimate of a text such as "−684.3 ± 4.3"; one that is not resolved is 0."""
-    shown, known = text.replace(MINUS, "-").removesuffix(" %").split(" ± ")
-    return 0.0 if shown == "within" else float(shown), float(known)
+    shown, _, known = text.replace(MINUS, "-").removesuffix(" %").partition(" ± ")
+    return 0.0 if shown == "within" else float(shown), float(known or 0.0)
 
 
 def require_number(text, value, estimate):

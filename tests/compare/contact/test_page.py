@@ -24,7 +24,7 @@ from femic.contact.motions.none import map_pressures, sensitivities
 from femic.contact.pairs.quantities import OF_FRICTIONLESS
 from femic.results.contact import pressures, solve_scene, to_dataset
 from femic.scenes.load import load_scene
-from tests.compare.pages import read_chart, read_traces, require_room
+from tests.compare.pages import read_chart, read_number, read_traces, require_room
 from tests.femic.contact.wheel_on_rail import scene
 
 
@@ -174,7 +174,7 @@ def test_the_answer_has_a_row_per_load_with_differences_beside_it_or_one_for_eac
         assert p_max.text == with_estimate(case.p_max, case.estimate_p_max)
         assert judged.text == "no"
         off = float(dataset.p_max.sel(ics="A")[number] / case.p_max) - 1
-        value, estimate = map(float, judged.below.removesuffix(" %").split(" ± "))
+        value, estimate = read_number(judged.below)
         assert value == pytest.approx(100 * off, abs=estimate / 10)
     single = answer_table(dataset.isel(case=[1]), "Bhat", ["A"])
     assert [row.name for row in single.rows] == ["p_max [MPa]", "a [mm]", "b [mm]", "approach [mm]"]
