@@ -261,18 +261,33 @@ def test_rolling_example_has_consistent_forces():
     assert names["p_x"].sum().item() * 0.6 * 0.5 == pytest.approx(0.5 * 0.3 * 1e5, rel=1e-3)
 
 
-def test_distances_for_contact_are_those_of_the_surfaces_less_the_approach(tmp_path, monkeypatch):
+def test_the_input_for_contact_is_complete_and_has_the_distances_less_the_approach(tmp_path, monkeypatch):
     """Geometry 2 touches at the crowns of both arcs: next to them the list has the approach alone."""
     monkeypatch.chdir(tmp_path)
     blocks, names = run_blocks("docs/how-to/contact-file.md")
     assert blocks == 1
-    distances = np.loadtxt("contact_distances.txt").reshape(32, 64)  # s, x
-    assert distances.min() == pytest.approx(-0.015, abs=1e-4)
+    distances = np.loadtxt("contact_distances.txt").reshape(12, 12)  # s, x
     np.testing.assert_allclose(distances, distances[:, ::-1], atol=1e-12)  # symmetric in x and in s
     np.testing.assert_allclose(distances, distances[::-1], atol=1e-9)
-    x, s = 0.167, 0.158  # of the element nearest to the middle; wheel of radius 460, arcs of 10 and 10.1 mm
-    near = x**2 / (2 * names["pair"].upper.rolling_radius) + s**2 / 2 * (1 / 10 - 1 / 10.1) - 0.015
-    assert distances[16, 32] == pytest.approx(near, rel=2e-3)
+    x, s = 0.45, 0.65  # of the element nearest to the middle; wheel of radius 460, arcs of 10 and 10.1 mm
+    near = (
+        x**2 / (2 * names["pair"].upper.rolling_radius)
+        + s**2 / 2 * (1 / 10 - 1 / 10.1)
+        - 0.015 * np.cos(s / 10)
+    )
+    assert distances[6, 6] == pytest.approx(near, rel=2e-3)
+    text = (ROOT / "docs/how-to/contact-file.md").read_text("utf-8")
+    (shown,) = re.findall(r"^ 3 MODULE\n(.*?)^ 0 MODULE$", text, flags=re.DOTALL | re.MULTILINE)
+    values = {line.split("  ")[-1].strip(): line.split() for line in shown.splitlines()}
+    grid = [float(one) for one in values["MX, MY, XL, YL, DX, DY"][:6]]
+    assert grid == pytest.approx([12, 12, -6 * 0.9, -6 * 1.3, 0.9, 1.3])
+    elastic = [float(one) for one in values["GG 1,2"][:4]]
+    steels = [getattr(names["pair"], body).material for body in ("upper", "lower")]
+    assert elastic == pytest.approx([*(one.nu for one in steels), *(one.G for one in steels)])
+    assert "'contact_Bhat.txt'" in shown
+    assert Path("contact_Bhat.txt").is_file()
+    listed = np.loadtxt(shown.split("IBASE, IPLAN\n")[1].splitlines())
+    np.testing.assert_allclose(listed, distances, atol=0.51e-5)
 
 
 def test_the_block_of_the_readme_runs(tmp_path, monkeypatch):
