@@ -53,8 +53,11 @@ def read_number(text):
 
 
 def require_number(text, value, estimate):
-    """A text such as "−684.3 ± 4.3" has the estimate, and the number to a tenth of it."""
+    """A text such as "−684.3 ± 4.3" has the estimate, and the number to a tenth of it, or what it is within."""
     shown, known = read_number(text)
+    if text.startswith("within"):
+        assert known == pytest.approx(abs(float(value)) + float(estimate), rel=0.05)
+        return
     assert known == pytest.approx(float(estimate), rel=0.05)
     assert shown == pytest.approx(float(value), abs=float(estimate) / 10)
 
