@@ -53,7 +53,7 @@ def read_number(text):
 
 
 def require_number(text, value, estimate):
-    """A text such as "−684.3 ± 4.3" has the estimate, and the number to a tenth of it, or what it is within."""
+    """A text such as "−684.3 ± 4.3" has the estimate, and the number to a tenth of it; or both in one."""
     shown, known = read_number(text)
     if text.startswith("within"):
         assert known == pytest.approx(abs(float(value)) + float(estimate), rel=0.05)
