@@ -111,7 +111,7 @@ def two_rolling_pairs():
 
 
 def test_rows_of_forces_name_their_pair_and_its_own_errors(two_rolling_pairs):
-    template = write_docs.environment().get_template("decide/which-ics.md.j2")
+    template = write_docs.environment().get_template("evidence/limits.md.j2")
     text = template.render(**write_docs.stored_numbers() | {"decisions": two_rolling_pairs})
     rows = [line for line in text.splitlines() if line.startswith(("| another, ", "| `rolling`, "))]
     assert sum(row.startswith("| another, ") for row in rows) == 3  # tables

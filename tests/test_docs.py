@@ -13,7 +13,7 @@ import xarray as xr
 
 from femic.cache.digests import STUDY_FOLDERS, results_digest
 from femic.cli.main import exit_code
-from femic.scenes.load import scene_from_table
+from femic.scenes.load import load_scene, scene_from_table
 from femic.scenes.scene_table import tables
 from tests.femic.reference.stand_ins import b_hat_as_c
 
@@ -104,6 +104,31 @@ def test_names_of_the_glossary_are_in_the_code(product):
     assert not [name for name in names if not (resolves(name) if "." in name else name in words)]
 
 
+CITED = re.compile(r"\b([A-Z][\w-]+(?:(?:, | and )[A-Z][\w-]+)*)( et al\.)? \(?((?:18|19|20)\d\d)\b")
+
+
+def test_all_that_pages_of_theory_cite_has_an_entry_among_the_references_that_says_where_it_appeared():
+    text = " ".join(prose("docs/theory/index.md").split("## References")[1].split())
+    entries = f" {text}".split(" - ")[1:]
+    references = {}
+    for entry in filter(None, (re.match(r"(.*?) \((\d+)\)(.*)", one) for one in entries)):
+        names, year, where = entry.groups()
+        references[(*(name.rsplit(" ", 1)[-1] for name in names.split(", ")), year)] = where
+    found = [
+        (re.split(", | and ", one[1]), one[2], one[3])
+        for page in PAGES
+        if page.startswith("docs/theory/")
+        for one in CITED.finditer(" ".join(prose(page).split("## References")[0].split()))
+    ]
+    assert len(found) > 20
+    for names, others, year in found:
+        known = [where for key, where in references.items() if key == (*names, year)]
+        if others:
+            known = [where for key, where in references.items() if (key[0], key[-1]) == (names[0], year)]
+        assert len(known) == 1, (names, year)
+    assert not [key for key, where in references.items() if len(where) < 10]
+
+
 # --- computed pages -------------------------------------------------------------------------------------
 
 
@@ -119,6 +144,7 @@ def test_pages_with_computed_numbers_and_the_table_of_the_readme_are_not_written
         *("reference/command-line.md", "reference/scene-keys.md", "decide/ics-tables.md"),
         *("decide/formulas.md", "decide/stresses.md", "decide/which-ics.md"),
         *("evidence/advice.md", "evidence/validation.md", "evidence/extremes.md"),
+        "evidence/limits.md",
         *("evidence/accuracy.md", "evidence/other-programs.md", "evidence/performance.md"),
     }
     for name, text in pages.items():
@@ -235,18 +261,33 @@ def test_rolling_example_has_consistent_forces():
     assert names["p_x"].sum().item() * 0.6 * 0.5 == pytest.approx(0.5 * 0.3 * 1e5, rel=1e-3)
 
 
-def test_distances_for_contact_are_those_of_the_surfaces_less_the_approach(tmp_path, monkeypatch):
+def test_the_input_for_contact_is_complete_and_has_the_distances_less_the_approach(tmp_path, monkeypatch):
     """Geometry 2 touches at the crowns of both arcs: next to them the list has the approach alone."""
     monkeypatch.chdir(tmp_path)
     blocks, names = run_blocks("docs/how-to/contact-file.md")
     assert blocks == 1
-    distances = np.loadtxt("contact_distances.txt").reshape(32, 64)  # s, x
-    assert distances.min() == pytest.approx(-0.015, abs=1e-4)
+    distances = np.loadtxt("contact_distances.txt").reshape(12, 12)  # s, x
     np.testing.assert_allclose(distances, distances[:, ::-1], atol=1e-12)  # symmetric in x and in s
     np.testing.assert_allclose(distances, distances[::-1], atol=1e-9)
-    x, s = 0.167, 0.158  # of the element nearest to the middle; wheel of radius 460, arcs of 10 and 10.1 mm
-    near = x**2 / (2 * names["pair"].upper.rolling_radius) + s**2 / 2 * (1 / 10 - 1 / 10.1) - 0.015
-    assert distances[16, 32] == pytest.approx(near, rel=2e-3)
+    x, s = 0.45, 0.65  # of the element nearest to the middle; wheel of radius 460, arcs of 10 and 10.1 mm
+    near = (
+        x**2 / (2 * names["pair"].upper.rolling_radius)
+        + s**2 / 2 * (1 / 10 - 1 / 10.1)
+        - 0.015 * np.cos(s / 10)
+    )
+    assert distances[6, 6] == pytest.approx(near, rel=2e-3)
+    text = (ROOT / "docs/how-to/contact-file.md").read_text("utf-8")
+    (shown,) = re.findall(r"^ 3 MODULE\n(.*?)^ 0 MODULE$", text, flags=re.DOTALL | re.MULTILINE)
+    values = {line.split("  ")[-1].strip(): line.split() for line in shown.splitlines()}
+    grid = [float(one) for one in values["MX, MY, XL, YL, DX, DY"][:6]]
+    assert grid == pytest.approx([12, 12, -6 * 0.9, -6 * 1.3, 0.9, 1.3])
+    elastic = [float(one) for one in values["GG 1,2"][:4]]
+    steels = [getattr(names["pair"], body).material for body in ("upper", "lower")]
+    assert elastic == pytest.approx([*(one.nu for one in steels), *(one.G for one in steels)])
+    assert "'contact_Bhat.txt'" in shown
+    assert Path("contact_Bhat.txt").is_file()
+    listed = np.loadtxt(shown.split("IBASE, IPLAN\n")[1].splitlines())
+    np.testing.assert_allclose(listed, distances, atol=0.51e-5)
 
 
 def test_the_block_of_the_readme_runs(tmp_path, monkeypatch):
@@ -274,6 +315,26 @@ def test_the_first_contact_is_a_scene_whose_ics_disagree(tmp_path, monkeypatch):
         larger = (p_max.sel(ics="A") - p_max.sel(ics="Bhat")).values
         assert larger[1] > estimate.sum("ics").values[1]
         assert 0.02 < larger[1] / p_max.sel(ics="Bhat").values[1] < 0.1  # "some percent"
+
+
+def test_files_of_the_page_on_profiles_are_solved_with_the_profiles_that_it_writes(tmp_path, monkeypatch):
+    """A driven wheel pulls, with less than friction allows; the written scene begins where bodies touch."""
+    text = (ROOT / "docs/how-to/my-profile.md").read_text(encoding="utf-8")
+    scene, wheelset = re.findall(r"^```toml\n(.*?)^```$", text, flags=re.DOTALL | re.MULTILINE)
+    monkeypatch.chdir(tmp_path)
+    for command in re.findall(r"^femic (profiles \w+ --write .*)$", text, flags=re.MULTILINE):
+        assert exit_code(command.split()) == 0
+    Path("my.toml").write_text(scene.replace("-0.002, 0.0, 0.002", "0.001, 0.002"), encoding="utf-8")
+    assert exit_code(["contact", "my.toml"]) == 0
+    with xr.open_dataset("out/my/contact.nc", engine="h5netcdf") as rolling:
+        limit = rolling.friction * rolling.attrs["load"]
+        assert ((rolling.F_x > 0) & (rolling.F_x < limit)).all()
+    assert load_scene("my.toml").damage.passages > 0
+    Path("mine.toml").write_text(wheelset, encoding="utf-8")
+    assert exit_code(["shifts", "mine.toml", "--write", "6"]) == 0
+    assert exit_code(["contact", "out/mine/mine_left_6.toml", "--ics", "Bhat"]) == 0
+    with xr.open_dataset("out/mine_left_6/contact.nc", engine="h5netcdf") as contact:
+        assert (abs(contact.s_centre) < contact.b).all()
 
 
 def test_the_smallest_scene_of_the_reference_is_a_scene():

@@ -1,4 +1,4 @@
-"""The figure, the tables and the texts of docs/decide/which-ics.md, from the numbers of `decisions`."""
+"""The figure, tables and texts of docs/decide/which-ics.md and docs/evidence/limits.md, from `decisions`."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -166,8 +166,9 @@ def crossing_text(found: Mapping[str, Any]) -> str:
 
 
 def error_text(deviation: Mapping[str, float]) -> str:
-    """Return an error with its estimated error [%]."""
-    return f"{signed(deviation['error'])}{PLUS_MINUS}{max(100 * deviation['estimate'], 0.1):.1f}"
+    """Return an error with its estimated error [%]; one that rounds to 0 is within ± this."""
+    text = signed(deviation["error"])
+    return f"{'within' if text == '0.0' else text}{PLUS_MINUS}{max(100 * deviation['estimate'], 0.1):.1f}"
 
 
 def signed(share: float) -> str:

@@ -84,7 +84,7 @@ def write_fit(calibrated: FittedScene, folder: Path) -> Path:
 
 def write_report(calibrations: Sequence[FittedScene], folder: Path) -> Path:
     """Write the figures and `calibration.html` of one or more scenes; returns the path of the page."""
-    title = "B̂′ calibrated: " + ", ".join(calibrated.scene.name for calibrated in calibrations)
+    title = "Fit of B̂′ to C: " + ", ".join(calibrated.scene.name for calibrated in calibrations)
     answer, doubtful = answer_table(calibrations), list(doubts(calibrations))
     page = Page(title, summary(calibrations), _sections(calibrations), answer, doubtful)
     return write_page(page, folder / "calibration.html", "calibration")

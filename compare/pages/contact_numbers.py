@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike
 from compare.report.looks import ics_symbol
 from compare.report.parts import join_words
 from compare.report.tables import (
-    MINUS,
     VANISHING,
     Cell,
     Column,
@@ -125,8 +124,7 @@ def difference_text(value: ArrayLike, estimate: ArrayLike, *, signed: bool = Tru
     value, estimate = float(value), float(estimate)  # type: ignore[arg-type]
     if np.isnan(value) or np.isnan(estimate):
         return "–" if np.isnan(value) else f"{number_text(value, '+.1f' if signed else '.1f')} ± ? %"
-    text = with_estimate(value, estimate)
-    return f"{'+' if signed and not text.startswith((MINUS, '0 ')) else ''}{text} %"
+    return f"{with_estimate(value, estimate, signed=signed)} %"
 
 
 def deciding_text(off: xr.DataArray, estimate: xr.DataArray, limit: float, *, signed: bool = True) -> str:

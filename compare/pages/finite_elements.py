@@ -61,7 +61,7 @@ PROFILES = "Pressures at x = 0 by finite elements, and with ICs on the elements 
 def write_fe_contact(dataset: xr.Dataset, out: Path) -> Path:
     """Write `fe_contact.nc`, figures and `fe_contact.html` into a folder; returns the path of the page."""
     title = str(dataset.attrs["title"]).replace(
-        "Frictionless contact", "Contact with ICs, and with finite elements"
+        "Contact without friction", "Contact without friction by ICs and by finite elements"
     )
     answer = answer_table(dataset, FE, _compared_ics(dataset))
     page = Page(title, summary(dataset), _sections(dataset), answer, doubts(dataset))
@@ -87,8 +87,7 @@ def summary(dataset: xr.Dataset) -> str:
 def _largest_difference(shares: xr.DataArray, known: xr.DataArray) -> str:
     """Return the share that is furthest from zero, in percent with its sign and its estimate."""
     worst = int(np.argmax(np.abs(shares.values)))
-    text = with_estimate(100 * shares.values[worst], 100 * known.values[worst])
-    return f"{'+' if shares.values[worst] > 0 else ''}{text} %"
+    return f"{with_estimate(100 * shares.values[worst], 100 * known.values[worst], signed=True)} %"
 
 
 def doubts(dataset: xr.Dataset) -> list[str]:

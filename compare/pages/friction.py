@@ -21,7 +21,15 @@ from compare.report.charts import Cell as ChartCell
 from compare.report.charts import Chart, Curve, Map, Panel
 from compare.report.looks import drawing_order, ics_looks, ics_symbol, without_marker
 from compare.report.parts import Block, Folded, Note, Page, Section, Verbatim, join_words, write_results
-from compare.report.tables import MINUS, Cell, Row, Table, changed_cell, number_text, with_estimate
+from compare.report.tables import (
+    Cell,
+    Row,
+    Table,
+    changed_cell,
+    number_and_estimate,
+    number_text,
+    with_estimate,
+)
 from compare.report.verdicts import verdict, verdict_cell
 from femic.contact.datasets import CHANGE, FLOOR, LARGER, estimate_of_difference
 from femic.contact.motions import MOTIONS
@@ -222,8 +230,7 @@ def percent_change(value: xr.DataArray, before: xr.DataArray) -> float:
 
 def signed_text(value: float | xr.DataArray, estimate: float | xr.DataArray) -> str:
     """Return a difference with its sign, and the digits that an estimate allows."""
-    text = with_estimate(value, estimate).split(" ± ")[0]
-    return text if text.startswith((MINUS, "–")) or text == "0" else f"+{text}"
+    return number_and_estimate(value, estimate, signed=True)[0]
 
 
 # --- charts ---------------------------------------------------------------------------------------------
@@ -464,8 +471,8 @@ def number_tables(dataset: xr.Dataset, steady: str = "") -> list[Block]:
         cells = []
         for value, estimate in zip(contacts[name].values, contacts[f"estimate_{name}"].values, strict=True):
             known = 0.0 if estimate <= EXACT * abs(value) else float(estimate)
-            text, _, error = with_estimate(factor * float(value), factor * known).partition(" ± ")
-            cells.append(Cell(text, below=f"± {error}" if error else ""))
+            text, error = number_and_estimate(factor * float(value), factor * known)
+            cells.append(Cell(text, below=error))
         return Row(title, cells)
 
     blocks: list[Block] = []

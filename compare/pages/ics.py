@@ -19,6 +19,7 @@ from compare.report.errors import COMPONENTS, ERRORS_HEADING, MEASURE, VANISHING
 from compare.report.looks import Look, drawing_order, ics_looks, ics_symbol
 from compare.report.parts import Block, Folded, Note, Page, Picture, Section, Verbatim, join_words
 from compare.report.tables import Cell, Row, Table, numbers, texts, with_estimate
+from compare.report.thinning import thin_together
 from compare.report.verdicts import NO, NOT_DECIDED, YES, verdict
 from femic.ic_errors.error_measure import ROUNDING
 from femic.scenes.file import SceneFile
@@ -625,7 +626,7 @@ def _panel(title: str, parts: Mapping[str, xr.Dataset], looks: Mapping[tuple[str
     """
     curves, part = [], next(iter(parts.values()))
     span = max(float(one.ic.max() - one.ic.min()) for one in parts.values())
-    chosen = {name: visible_points(one, max(span, part.least) / RESOLUTION) for name, one in parts.items()}
+    chosen = {name: _visible_points(one, max(span, part.least) / RESOLUTION) for name, one in parts.items()}
     for (variant, name), look in looks.items():
         part = parts[name].isel(point=chosen[name]) if look.dash else parts[name]
         values, estimate = part.ic.sel(variant=variant).values, ESTIMATES.get(variant)
@@ -639,25 +640,11 @@ def _panel(title: str, parts: Mapping[str, xr.Dataset], looks: Mapping[tuple[str
     return Panel(title, part.across, part.up, curves, marks=marks, least=part.least)
 
 
-def visible_points(part: xr.Dataset, resolution: float) -> list[int]:
-    """Return the points of ICs of `along_line` between which straight lines replace all curves and bands.
-
-    They are chosen as by Douglas and Peucker, for all curves together, to a resolution of ordinates. Where
-    each point has a marker, all of them are.
-    """
+def _visible_points(part: xr.Dataset, resolution: float) -> list[int]:
+    """Return the points that all curves and bands need; where each point has a marker, all of them."""
     if part.sizes["point"] <= MOST_MARKERS:
         return list(range(part.sizes["point"]))
-    at, ic = part["at"].values, part.ic.transpose("variant", "point").values
     bands = [part[name].values for name in ESTIMATES.values() if name in part]
-    drawn = np.nan_to_num(np.vstack([ic, *bands]))
-    kept, gaps = {0, len(at) - 1}, [(0, len(at) - 1)]
-    while gaps:
-        start, end = gaps.pop()
-        along = (at[start + 1 : end] - at[start]) / (at[end] - at[start])
-        lines = drawn[:, [start]] + (drawn[:, [end]] - drawn[:, [start]]) * along
-        distance = np.max(np.abs(drawn[:, start + 1 : end] - lines), axis=0, initial=0.0)
-        if np.max(distance, initial=0.0) > resolution:
-            middle = start + 1 + int(np.argmax(distance))
-            kept.add(middle)
-            gaps += [(start, middle), (middle, end)]
-    return sorted(kept)
+    return thin_together(
+        part["at"].values, np.vstack([part.ic.transpose("variant", "point"), *bands]), resolution
+    )

@@ -51,7 +51,7 @@ OUTLYING = 4.5  # times the rms residual: of 1000 independent errors, fewer than
 
 def write_profile_page(profile: xr.Dataset, folder: Path) -> Path:
     """Write `profile.nc` and `profile.html`; returns the path of the page."""
-    title = f"{profile.kind.capitalize()} {profile.attrs['name']}: how the program reads it"
+    title = f"{profile.kind.capitalize()} {profile.attrs['name']} as femic reads it"
     page = Page(title, summary(profile), _sections(profile), answer_table(profile), doubts(profile))
     return write_results(page, folder, "profile", profile)
 

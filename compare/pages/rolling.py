@@ -181,8 +181,8 @@ def remarks(dataset: xr.Dataset) -> Iterator[str]:
         p_max = 100 * (solved[f"{DISPLACED}p_max"] / linearised - 1)
         yield (
             f"With {reference_symbol(dataset)}, the distance of the displaced wheel, used instead of the "
-            "linearised distance, would change the creepage at F_x = 0 by "
-            f"{signed_text(extreme(zero), known)} % and p_max by {number_text(extreme(p_max), '+.1f')} %."
+            "linearised distance, would change two numbers: the creepage at F_x = 0 "
+            f"({signed_text(extreme(zero), known)} %) and p_max ({number_text(extreme(p_max), '+.1f')} %)."
         )
 
 

@@ -343,9 +343,8 @@ def worst_difference(dataset: xr.Dataset, ics: str, quantity: Quantity = P_MAX) 
     """Return the contact with the largest difference of ICs from the best, and it with its estimate [%]."""
     off = 100 * difference(dataset, ics, quantity)
     at = abs(off).fillna(-1).argmax(["shift", "side"])
-    value = float(off.isel(at))
-    text = with_estimate(value, 100 * difference_estimate(dataset, ics, quantity).isel(at))
-    return dataset.isel(at), f"+{text}" if value > 0 and text[0] not in "0(" else text
+    estimate = 100 * difference_estimate(dataset, ics, quantity).isel(at)
+    return dataset.isel(at), with_estimate(off.isel(at), estimate, signed=True)
 
 
 def _largest_difference(dataset: xr.Dataset, quantities: Sequence[Quantity]) -> str:

@@ -330,9 +330,8 @@ def _difference(both: Sequence[tuple[float, float]], estimate: float) -> Cell:
     share, estimate = 100 * (other - value) / abs(value), 100 * estimate / abs(value)
     if np.isnan(estimate):
         return Cell(f"{number_text(share, '+.2g')} %")
-    text = with_estimate(share, estimate)
-    sign = "+" if share > 0 and not text.startswith(("0", "(")) else ""
-    return Cell(f"{sign}{text} %", below="" if verdict(abs(share), estimate, 0.0) == NO else NOT_DECIDED)
+    text = with_estimate(share, estimate, signed=True)
+    return Cell(f"{text} %", below="" if verdict(abs(share), estimate, 0.0) == NO else NOT_DECIDED)
 
 
 def stress_table(dataset: xr.Dataset) -> Table:

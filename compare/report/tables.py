@@ -12,6 +12,7 @@ from femic.contact.pairs.quantities import Quantity
 ROUNDING = 1e-9  # share below which a difference is rounding
 VANISHING = 1e-4  # share of its estimate below which a difference is none
 LEAST_POWER, LARGEST_POWER = -4, 7  # powers of ten of numbers that are written without one
+UNRESOLVED = 0.5  # share of its estimate up to which a number is not resolved
 ROUGH = 0.5  # share of a number from which its estimate has one digit
 NONZERO, MINUS = re.compile("[1-9in]"), "\N{MINUS SIGN}"  # also of inf and nan
 
@@ -102,32 +103,52 @@ class Table:
         return not all(row.name for row in self.rows)
 
 
-def with_estimate(value: float | xr.DataArray, estimate: float | xr.DataArray) -> str:
+def with_estimate(
+    value: float | xr.DataArray, estimate: float | xr.DataArray, *, signed: bool = False
+) -> str:
     """Return a number and its estimate, rounded to two digits of the estimate, such as 684.3 ± 4.3.
 
-    Where the estimate is half of the number or more, it is rounded to one: 500 ± 600. With an estimate of
-    rounding a number has six digits, with one that is not known, NaN, four and "± ?". A number that is NaN is
-    a dash.
+    Where the estimate is half of the number or more, it is rounded to one: 500 ± 600. A number of at most
+    half of its estimate is not resolved: it lies within ± the sum of both. With an estimate of rounding a
+    number has six digits, with one that is not known, NaN, four and "± ?". A number that is NaN is a dash.
+    With `signed`, a positive number has its sign.
     """
-    value, estimate = float(value), float(estimate)
+    number, error, power = _texts(float(value), float(estimate), signed=signed)
+    text = f"{number} {error}".rstrip()
+    return f"({text}){power}" if power else text
+
+
+def number_and_estimate(
+    value: float | xr.DataArray, estimate: float | xr.DataArray, *, signed: bool = False
+) -> tuple[str, str]:
+    """Return the two texts of `with_estimate` apart, such as 684.3 and ± 4.3; the second may be empty."""
+    number, error, power = _texts(float(value), float(estimate), signed=signed)
+    return number + power, error + power
+
+
+def _texts(value: float, estimate: float, *, signed: bool) -> tuple[str, str, str]:
+    """Return a number, its estimate after ±, and the power of ten of both, empty where it is 1."""
+    sign = "+" if signed and value > 0 else ""
     if np.isnan(value):
-        return "–"
+        return "–", "", ""
     if np.isnan(estimate):
         power = _power(value, 3)
         plain = LEAST_POWER <= power <= LARGEST_POWER
-        return f"{_rounded_text(value, power - 3) if plain else number_text(value, '.4g')} ± ?"
+        return sign + (_rounded_text(value, power - 3) if plain else number_text(value, ".4g")), "± ?", ""
     if estimate <= ROUNDING * abs(value):
-        return number_text(value, ".6g")
+        return sign + number_text(value, ".6g"), "", ""
     first = _power(estimate, 1)  # power of ten of its first digit
     power = _power(max(abs(value), estimate))
     last = first - (estimate < ROUGH * abs(value))
-    if round(value, -last) == 0:
-        return f"0 ± {_rounded_text(estimate, first - 1)}" if power >= LEAST_POWER else f"0 ± {estimate:.1e}"
-    if LEAST_POWER <= power <= LARGEST_POWER:
-        return f"{_rounded_text(value, last)} ± {_rounded_text(estimate, last)}"
-    scale = 10.0**power
-    value_text, estimate_text = (_rounded_text(one / scale, last - power) for one in (value, estimate))
-    return f"({value_text} ± {estimate_text})e{power}"
+    if abs(value) <= UNRESOLVED * estimate or round(value, -last) == 0:
+        largest = abs(value) + estimate
+        plain_text = _rounded_text(largest, _power(largest, 1) - 1)
+        return f"within ± {plain_text if power >= LEAST_POWER else f'{largest:.1e}'}", "", ""
+    plain = LEAST_POWER <= power <= LARGEST_POWER
+    scale, exponent = (1.0, "") if plain else (10.0**power, f"e{power}")
+    shift = 0 if plain else power
+    number, error = (_rounded_text(one / scale, last - shift) for one in (value, estimate))
+    return sign + number, f"± {error}", exponent
 
 
 def _rounded_text(value: float, last: int) -> str:
@@ -144,7 +165,7 @@ def changed_cell(value: xr.DataArray, before: xr.DataArray, estimate: xr.DataArr
     """Return a cell with the change of a number, below it the former number with its estimate."""
     change = float(value) - float(before)
     rounding = max(ROUNDING * abs(float(before)), VANISHING * float(estimate))
-    below = f"of {with_estimate(before, estimate)}"
+    below = f"before: {with_estimate(before, estimate)}"
     return Cell(change, "+.2g", below) if abs(change) > rounding else Cell("0", "", below)
 
 

@@ -197,7 +197,7 @@ def to_dataset(scene: Scene, solution: FrictionlessContacts) -> xr.Dataset:
         for grid, c in solution.references.items()
     }
     return dataset.assign_attrs(
-        title=f"Frictionless contact: {scene.title}",
+        title=f"Contact without friction: {scene.title}",
         meaning="pressures of the upper on the lower body along its normals; x, s of the lower surface",
         references=json.dumps(references),
         discounted=discounted(scene),

@@ -306,7 +306,7 @@ class MatrixFile:
         models = {name: asdict(cost) for name, cost in costs_by_model(self._solved).items()}
         self._file.attrs.update(
             {
-                "title": f"IC matrix: {scene.title}",
+                "title": f"Matrix of influence coefficients: {scene.title}",
                 "meaning": "displacement at an observing strip, direction i, at a lag along x, per unit "
                 "traction on an element of a loaded strip, direction j, after the discount; lags < 0: xs, "
                 "xn, sx, nx change sign",

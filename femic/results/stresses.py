@@ -85,7 +85,7 @@ def compute_stresses(scene: Scene, options: RunOptions = DEFAULT) -> xr.Dataset:
     dataset = xr.merge(parts, compat="no_conflicts")
     constants = {name: getattr(damage, name) for name in CONSTANTS}
     return dataset.assign_attrs(
-        title=f"Stresses: {scene.title}",
+        title=f"Stresses in both bodies: {scene.title}",
         meaning="stresses along x, s, n of the surface above each point; tension is positive",
         motion=contacts.problem.specification.motion,
         load=contacts.load,

@@ -8,6 +8,7 @@ Each kind of contour has a table of keys, which makes the contour. To add a kind
 An outline is the shape and the supports of a section beyond its contour.
 """
 
+from pathlib import Path
 from typing import Annotated, Any, Literal, Protocol
 
 import numpy as np
@@ -233,6 +234,14 @@ class BodyTable(SceneTable):
     outline: OutlineTable | None = Field(
         None, description="table with the shape and the supports of the body; default: far arc or hub"
     )
+
+    @property
+    def words(self) -> str:
+        """The contour in words, for titles: a standard, a file, or a shape with its radius."""
+        keys = vars(self.contour)
+        if source := keys.get("standard") or keys.get("file"):
+            return Path(source).name
+        return f"{keys['kind']} of {keys['radius']:g} mm" if "radius" in keys else str(keys["kind"])
 
     def body(self, name: str, side: int, domain: Domain) -> Body:
         """Return the body; raise BadScene, which has its name, where keys do not fit together."""

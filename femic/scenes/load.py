@@ -222,7 +222,7 @@ def build_scene(
         lines = file.lines or default_lines(patch.s)
     resolved = {
         "name": name,
-        "title": file.title or name,
+        "title": file.title or f"{name} ({file.upper.words} on {file.lower.words})",
         "text": text,
         "bodies": bodies,
         "compared": file.bodies,

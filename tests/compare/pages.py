@@ -46,9 +46,18 @@ def read_texts(table):
     return {row.name: [cell.text for cell in row.filled] for row in table.rows}
 
 
+def read_number(text):
+    """The number and its estimate of a text such as "−684.3 ± 4.3"; one that is not resolved is 0."""
+    shown, _, known = text.replace(MINUS, "-").removesuffix(" %").partition(" ± ")
+    return 0.0 if shown == "within" else float(shown), float(known or 0.0)
+
+
 def require_number(text, value, estimate):
-    """A text such as "−684.3 ± 4.3" has the estimate, and the number to a tenth of it."""
-    shown, known = map(float, text.replace(MINUS, "-").split(" ± "))
+    """A text such as "−684.3 ± 4.3" has the estimate, and the number to a tenth of it; or both in one."""
+    shown, known = read_number(text)
+    if text.startswith("within"):
+        assert known == pytest.approx(abs(float(value)) + float(estimate), rel=0.05)
+        return
     assert known == pytest.approx(float(estimate), rel=0.05)
     assert shown == pytest.approx(float(value), abs=float(estimate) / 10)
 

@@ -351,11 +351,12 @@ def _largest(field: Field, dataset: xr.Dataset) -> tuple[str, float, str] | None
     worst, estimate = float(values.values[place]), np.nan
     if field.floor is not None:
         estimate = float(field.floor.isel({COLUMN: 0}).transpose(*swept_dims(dataset)).values[place])
-    text = (
-        with_estimate(100 * worst, 100 * estimate) if estimate > ROUNDING else number_text(100 * worst, ".3g")
-    )
-    sign = "+" if field.kind == "deviation" and worst > 0 else ""
-    return "0" if abs(worst) < ROUNDING else sign + text, abs(worst), point_name(dataset, place)
+    signed = field.kind == "deviation"
+    if estimate > ROUNDING:
+        text = with_estimate(100 * worst, 100 * estimate, signed=signed)
+    else:
+        text = number_text(100 * worst, "+.3g" if signed else ".3g")
+    return "0" if abs(worst) < ROUNDING else text, abs(worst), point_name(dataset, place)
 
 
 # --- tables of scenes -----------------------------------------------------------------------------------

@@ -178,7 +178,7 @@ def validate(numbers: Sequence[int], runs: Runs, folder: Path) -> Path:
 # --- the page -------------------------------------------------------------------------------------------
 
 
-TITLE = "femic: statements about the influence coefficients, and their verdicts"
+TITLE = "Validation of femic: statements about influence coefficients, and whether they hold"
 RULES = (
     "femic computes numbers for each statement and compares them with thresholds that were fixed before "
     "the first run (changes are listed below). “Reproduced”: every criterion is met in every case. “Not "

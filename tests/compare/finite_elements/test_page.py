@@ -17,7 +17,7 @@ from compare.pages.finite_elements import (
     write_fe_contact,
 )
 from compare.report.verdicts import verdict
-from tests.compare.pages import read_chart, read_texts, read_traces, require_room
+from tests.compare.pages import read_chart, read_number, read_texts, read_traces, require_room
 
 ANGLES, LOADS = [20.0, 60.0, 100.0], [1e3, 1e4, 1e5]
 OFF = {"A": [0.015, 0.06, 0.2], "C": [0.0, 0.004, -0.004], "FE": [0.0, 0.0, 0.0]}
@@ -112,9 +112,7 @@ def test_the_answer_has_loads_as_rows_and_deviations_beside(dataset):
     assert [head.title for head in table.heads][2:] == ["A within 2 %?", "C within 2 %?"]
     for k, row in enumerate(table.rows):
         for cell, name in zip(row.filled[2:], ("A", "C"), strict=True):
-            off, known = (
-                float(text.replace("−", "-")) for text in cell.below.removesuffix(" %").split(" ± ")
-            )
+            off, known = read_number(cell.below)
             assert off == pytest.approx(100 * OFF[name][k], abs=known / 2)
             assert cell.text == verdict(abs(100 * OFF[name][k]), known, 2.0)
     assert {row.filled[1].text for row in table.rows} == {"10.000 ± 0.050"}

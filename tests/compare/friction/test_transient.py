@@ -16,7 +16,7 @@ from femic.reference.run_options import RunOptions
 from femic.results.friction import compute_with_friction
 from femic.scenes.errors import BadScene
 from femic.scenes.listing import listing
-from tests.compare.pages import require_number
+from tests.compare.pages import read_number, require_number
 from tests.femic.contact.wheel_on_rail import scene
 
 KEYS = {"motion": "transient", "loads": [2e3], "friction": [0.2, 0.5], "creepage": 1e-3}
@@ -102,7 +102,7 @@ def test_the_answer_has_the_numbers_of_the_arrays(dataset):
         assert float(distance) == pytest.approx(settling_distance(rolling), rel=1e-2)
     away = (100 * (dataset.F_x.sel(ics="A") - dataset.F_x.sel(ics="Bhat")) / dataset.friction / 2e3).values
     judged = transient_page.answer(dataset).rows[1].filled[0].below
-    shown, known = map(float, judged.removesuffix(" %").split(" ± "))
+    shown, known = read_number(judged)
     assert np.any(np.isclose(shown, np.abs(away), atol=known / 2))
 
 

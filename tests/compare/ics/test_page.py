@@ -18,7 +18,6 @@ from compare.pages.ics import (
     further_chart,
     largest_errors,
     page,
-    visible_points,
 )
 from compare.report.charts import Chart
 from compare.report.parts import Folded, Section
@@ -197,14 +196,6 @@ def test_curves_on_the_page_are_the_ics_and_their_differences_from_c(scene):
         size = np.subtract(band["y"][:half], band["y"][half:][::-1]) / 2
         estimate = 1e6 * sn.estimate.sel(body=body)
         np.testing.assert_allclose(np.interp(sn.s, band["x"][:half], size), estimate, atol=seen)
-
-
-def test_straight_lines_have_two_points_and_a_corner_three():
-    at = np.linspace(0.0, 1.0, 101)
-    corner = np.abs(at - 0.3)
-    part = xr.Dataset({"ic": (("variant", "point"), [2 * at, corner])}, {"at": ("point", at)})
-    assert visible_points(part.isel(variant=[0]), 1e-9) == [0, 100]
-    assert visible_points(part, 1e-9) == [0, 30, 100]
 
 
 def test_component_that_vanishes_by_symmetry_is_zero_on_the_page(scene):

@@ -7,6 +7,8 @@ from html import unescape
 import numpy as np
 import pytest
 import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
 from compare.report.errors import error_cell
@@ -31,6 +33,7 @@ from compare.report.tables import (
     Table,
     changed_cell,
     changes_table,
+    number_and_estimate,
     number_text,
     numbers,
     texts,
@@ -60,7 +63,7 @@ def test_a_cell_is_a_number_or_a_text():
 @pytest.mark.parametrize(("value", "text"), [(3.0, "+1"), (1.5, "−0.5"), (2.0 + 1e-12, "0")])
 def test_change_has_a_sign_and_rounding_is_0(value, text):
     one = changed_cell(*map(xr.DataArray, (value, 2.0, 0.01)))
-    assert (one.text, one.below) == (text, "of 2.000 ± 0.010")
+    assert (one.text, one.below) == (text, "before: 2.000 ± 0.010")
 
 
 def test_texts_are_escaped_and_indices_of_ics_are_subscripts(tmp_path):
@@ -153,14 +156,15 @@ def test_existing_picture_is_embedded(tmp_path):
         (12345.6, 678.0, "12350 ± 680"),
         (-0.0123456, 0.000996, "−0.0123 ± 0.0010"),
         (2.0, 0.0996, "2.00 ± 0.10"),
-        (2.9e-8, 19.1, "0 ± 19"),
-        (-1e-12, 0.25, "0 ± 0.25"),
-        (0.5, 2.0, "0 ± 2.0"),
+        (2.9e-8, 19.1, "within ± 19"),  # not resolved
+        (-1e-12, 0.25, "within ± 0.25"),
+        (0.5, 2.0, "within ± 2.5"),
         (np.nan, 1.0, "–"),
         (520, 640, "500 ± 600"),  # no digits that the estimate does not allow
         (-520, 640, "−500 ± 600"),
         (684.3, 43, "684 ± 43"),
-        (40, 640, "0 ± 640"),
+        (40, 640, "within ± 680"),
+        (-2e-9, 3e-8, "within ± 3.2e-08"),
         (684.25, 0.0, "684.25"),  # rounding
         (684.25, np.nan, "684.2 ± ?"),  # not known: it must not look like an exact number
         (1.2362e-6, 3.1e-8, "(1.236 ± 0.031)e-6"),
@@ -169,6 +173,29 @@ def test_existing_picture_is_embedded(tmp_path):
 def test_numbers_have_the_digits_that_their_estimate_allows(value, estimate, text):
     assert with_estimate(value, estimate) == text
     assert with_estimate(xr.DataArray(value), xr.DataArray(estimate)) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "estimate", "texts"),
+    [
+        (2.5, 0.1, ("+2.50", "± 0.10")),
+        (-2.5, 0.1, ("−2.50", "± 0.10")),
+        (0.5, 0.01, ("+0.500", "± 0.010")),
+        (1.2362e-6, 3.1e-8, ("+1.236e-6", "± 0.031e-6")),  # both parts have the power of ten
+        (0.2, 10.0, ("within ± 10", "")),
+        (3.0, np.nan, ("+3.000", "± ?")),
+    ],
+)
+def test_number_and_estimate_stand_apart_and_differences_have_signs(value, estimate, texts):
+    assert number_and_estimate(value, estimate, signed=True) == texts
+
+
+@given(st.floats(-2, 2), st.floats(1e-3, 1e6))
+def test_a_number_is_resolved_from_half_of_its_estimate_on_and_else_within_what_is_shown(share, estimate):
+    text = with_estimate(share * estimate, estimate)
+    assert text.startswith("within ± ") == (abs(share) <= 0.5) or abs(share) == pytest.approx(0.5, rel=0.06)
+    if text.startswith("within ± "):
+        assert float(text.removeprefix("within ± ")) == pytest.approx((1 + abs(share)) * estimate, rel=0.051)
 
 
 def test_other_supports_have_a_column_each_and_changes_far_below_the_estimate_are_0():
@@ -182,7 +209,7 @@ def test_other_supports_have_a_column_each_and_changes_far_below_the_estimate_ar
     assert [head.title for head in table.heads] == ["near", "flat"]
     assert [row.name for row in table.rows] == ["p_max [MPa]", "F_y [N]"]
     assert [[cell.text for cell in row.filled] for row in table.rows] == [["+10", "−10"], ["0", "+4"]]
-    assert [row.filled[0].below for row in table.rows] == ["of 1000 ± 10", "of 0 ± 5.0"]
+    assert [row.filled[0].below for row in table.rows] == ["before: 1000 ± 10", "before: within ± 5.0"]
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from compare.report.thinning import thin
+from compare.report.thinning import thin, thin_together
 
 
 def test_a_circle_has_the_chords_of_the_tolerance():
@@ -28,3 +28,18 @@ def test_straight_lines_have_their_ends_and_parts_stay_apart():
 def test_few_points_stay(count):
     x, y = thin([3.0] * count, [4.0] * count, 1.0)
     assert (x.tolist(), y.tolist()) == ([3.0] * count, [4.0] * count)
+
+
+def test_curves_over_the_same_points_keep_those_that_any_of_them_needs():
+    """A line needs two points, a corner three; between them all curves stay within the tolerance."""
+    x = np.linspace(0.0, 1.0, 101)
+    line, corner, unknown = 2 * x, np.abs(x - 0.3), np.full(101, np.nan)
+    assert thin_together(x, np.array([line]), 1e-9) == [0, 100]
+    assert thin_together(x, np.array([line, corner, unknown]), 1e-9) == [0, 30, 100]
+    waves = np.array([np.sin(9 * x), x**3])
+    kept = thin_together(x, waves, 0.01)
+    assert (
+        len(kept) < 2 * 32
+    )  # chords of length h miss the wave by 81 h^2 / 8; spans are cut in halves at best
+    for wave in waves:
+        np.testing.assert_allclose(np.interp(x, x[kept], wave[kept]), wave, atol=0.01 + 1e-12)

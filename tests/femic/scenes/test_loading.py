@@ -1,5 +1,6 @@
 """What the keys of a scene file mean, in which units, what follows where they are left out, and listings."""
 
+import re
 import tomllib
 from copy import deepcopy
 from dataclasses import astuple
@@ -332,7 +333,10 @@ def test_a_table_with_a_kind_replaces_the_whole_table():
 
 def test_a_scene_has_the_name_of_its_file_and_a_title_if_it_gives_one(write_scene):
     scene = load_scene(str(write_scene()))
-    assert (scene.name, scene.title, scene.text) == ("mine", "mine", scene_text())
+    assert (scene.name, scene.text) == ("mine", scene_text())
+    assert re.fullmatch(r"mine \(arc of \d+(\.\d+)? mm on arc of \d+ mm\)", scene.title)
+    assert load_scene("flat", {"title": ""}).title == "flat (plane on plane)"
+    assert load_scene("s1002-on-60e1", {"title": ""}).title == "s1002-on-60e1 (S1002 on 60E1)"
     assert load_scene(str(write_scene('title = "A pair"'))).title == "A pair"
     assert flat().title.startswith("Flat")
 
