@@ -10,6 +10,7 @@ from compare.report.charts import Chart, Curve, Panel
 from compare.report.looks import FURTHER, ics_symbol
 from compare.report.parts import Folded, Note, Page, Section, Verbatim, write_results
 from compare.report.tables import Cell, Row, Table, number_text, numbers, texts
+from femic.contact.pairs.ics import C
 from femic.results.tables import NUMBERS, OF_AXES, error, interpolated
 from femic.tables.creep_table import AXES
 
@@ -19,8 +20,7 @@ MOST_CURVES = 6
 MEASURE = (
     "The table is compared with {n} contacts at random places between its nodes, which are solved on "
     "elements of half the size. “95 %” is the deviation that 95 % of them have at most, relative to friction "
-    "times normal force for forces, also times half_size for moments. How much the ICs themselves deviate "
-    "from C is not included."
+    "times normal force for forces, also times half_size for moments."
 )
 MEANING = (
     "The approach is that of the load without friction and stays the same with friction. f_x, f_y and m_n "
@@ -37,7 +37,8 @@ FILES = (
 def write_report(dataset: xr.Dataset, folder: Path) -> Path:
     """Write `table.html` and its figures; returns the path of the page."""
     title = f"Table of creep forces: {dataset.attrs['title']}"
-    return write_results(Page(title, summary(dataset), _sections(dataset), answer(dataset)), folder, "table")
+    page = Page(title, summary(dataset), _sections(dataset), answer(dataset), list(doubts(dataset)))
+    return write_results(page, folder, "table")
 
 
 def summary(dataset: xr.Dataset) -> str:
@@ -51,6 +52,18 @@ def summary(dataset: xr.Dataset) -> str:
         f"It is by {ics_symbol(dataset.attrs['ics'])}, over {ranges}, spin and creepages: "
         f"{dataset.attrs['solved']} contacts were solved."
     )
+
+
+def doubts(dataset: xr.Dataset) -> Iterator[str]:
+    """Yield what the deviations of the table do not contain, and what of the scene it does not use."""
+    if (ics := dataset.attrs["ics"]) != C:
+        symbol = ics_symbol(ics)
+        yield (
+            f"Contacts are solved with {symbol}. How much contacts with C differ is in no number here: "
+            f"`femic contact` with ics = [{ics!r}, 'C'] shows it for one contact."
+        )
+    if unused := dataset.attrs["unused"]:
+        yield (f"The table does not use {unused}: each of its contacts has a load and a grid of its own.")
 
 
 def _range_text(dataset: xr.Dataset, axis: str) -> str:

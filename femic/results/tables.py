@@ -1,7 +1,7 @@
 """Table of creep forces of a scene: what is refused, the dataset `table.nc`, the text file `table.txt`."""
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import fields, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from femic.cache import folders
 from femic.cache.digests import results_digest
 from femic.cache.files import write_dataset, write_text
 from femic.cache.workers import Processes
-from femic.contact.specification import FrictionSpecification
+from femic.contact.specification import ContactSpecification, FrictionSpecification
 from femic.reference.run_options import DEFAULT, RunOptions
 from femic.results.contact import require_solvable
 from femic.scenes.contact import contact_misfits
@@ -49,6 +49,9 @@ NUMBERS = {  # of which deviations are known
 }
 
 
+UNUSED = ("grid", "approaches", "lateral_force")  # keys of [contact] in whose place a table has its own
+
+
 def table_specification(scene: Scene) -> TableSpecification:
     """Return the specification of a scene's table; defaults are the shift and the loads of its contact."""
     own = scene.table
@@ -74,6 +77,12 @@ def rolling_scene(scene: Scene) -> Scene:
         elements=own.elements,
     )
     return replace(scene, contact=rolling)
+
+
+def unused_keys(scene: Scene) -> list[str]:
+    """Return the keys of [contact] that a scene gives, and that its table does not use."""
+    defaults = {field.name: field.default for field in fields(ContactSpecification)}
+    return [f"contact.{key}" for key in UNUSED if getattr(scene.contact, key) != defaults[key]]
 
 
 def require_table(scene: Scene) -> None:
@@ -149,6 +158,7 @@ def to_dataset(scene: Scene, judged: Judged) -> xr.Dataset:
             "tolerance": own.tolerance,
             "error": judged.worst,
             "solved": judged.solved,
+            "unused": ", ".join(unused_keys(scene)),
             "code": results_digest(),
         },
     )

@@ -1,6 +1,7 @@
 """The command `table`: its files and page, the plan, Dask, what is refused."""
 
 import re
+import tomllib
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -10,6 +11,8 @@ import xarray as xr
 
 import femic
 from femic.cli.main import DONE, FAILED, WRONG_INPUT, exit_code
+from femic.results import tables
+from femic.scenes.load import scene_from_table
 from femic.tables import refinement
 from tests.compare.campaigns.campaigns import in_this_process
 
@@ -61,6 +64,8 @@ def test_a_table_is_one_command_and_dask_gives_the_same(command, monkeypatch):
     assert {path.name for path in folder.iterdir() if path.name[0] != "."} == files
     page = (folder / "table.html").read_text()
     assert "Table of creep forces: A wheel on a rail" in page
+    assert "Contacts are solved with B̂. How much contacts with C differ is in no number here" in page
+    assert "does not use" not in page
     at = 0.25, 40e3, 0.3, 1e-3, 2e-4, 0.0
     expected = femic.read_table(folder / "table.nc").forces(*at)
     assert expected["F_x"] > 0 > expected["F_y"]
@@ -87,6 +92,19 @@ def test_the_plan_solves_nothing(command, monkeypatch):
     contacts = at_zero + beside + 3 * refinement.IN_HELD_OUT
     assert f"A wheel on a rail: {contacts} contacts at {2 + 3} positions" in printed
     assert not Path("out").exists()
+
+
+def test_keys_of_contact_that_a_table_does_not_use_are_named():
+    def unused(contact):
+        return tables.unused_keys(
+            scene_from_table(tomllib.loads(SCENE.replace("[contact]", contact)), "mine")
+        )
+
+    assert unused("[contact]") == []
+    assert unused("[grid]\nn_x = 8\nn_s = 8\n[contact]\ngrid = 'scene'\napproaches = [0.01]") == [
+        "contact.grid",
+        "contact.approaches",
+    ]
 
 
 def test_without_a_mirror_the_plan_has_all_creepages(command):
