@@ -21,9 +21,9 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
-from functools import partial
 from pathlib import Path
 from queue import Queue
+from threading import Lock
 from time import perf_counter
 from typing import Any
 
@@ -81,20 +81,26 @@ def outcomes(chosen: Sequence[Mutant], tests: dict[str, list[str]], workers: int
     """
     key = folders_digest(CODE, versions())
     trials = stored_trials(key)
+    todo = [mutant for mutant in chosen if mutant not in trials]
+    by_tests: dict[tuple[str, ...], list[Mutant]] = {}
+    for mutant in todo:
+        by_tests.setdefault(tuple(tests[mutant.module]), []).append(mutant)
+
+    def attempt(chosen_tests: tuple[str, ...]) -> None:
+        with borrowed(trees) as tree:
+            limit = max(LEAST, LIMIT * baseline(tree, chosen_tests))
+            for mutant in by_tests[chosen_tests]:
+                trial = trial_in(tree, mutant, chosen_tests, limit)
+                with lock:
+                    trials[mutant] = trial
+                    store(key, trial)
+                    done = sum(mutant in trials for mutant in todo)
+                    place = f"{mutant.module}:{mutant.number}"
+                    sys.stderr.write(f"{done}/{len(todo)} {trial.outcome} {place}\n")
+
+    lock = Lock()
     with copies(workers) as trees, ThreadPoolExecutor(workers) as pool:
-        todo = [mutant for mutant in chosen if mutant not in trials]
-        files = list(dict.fromkeys(tuple(tests[mutant.module]) for mutant in todo))
-        seconds = dict(zip(files, pool.map(partial(baseline, trees), files), strict=True))
-
-        def attempt(mutant: Mutant) -> Trial:
-            chosen_tests = tuple(tests[mutant.module])
-            return trial_in(trees, mutant, chosen_tests, max(LEAST, LIMIT * seconds[chosen_tests]))
-
-        for n, trial in enumerate(pool.map(attempt, todo), start=1):
-            mutant = trial.mutant
-            sys.stderr.write(f"{n}/{len(todo)} {trial.outcome} {mutant.module}:{mutant.number}\n")
-            trials[mutant] = trial
-            store(key, trial)
+        list(pool.map(attempt, by_tests))  # raises what attempts raise
     return trials
 
 
@@ -124,25 +130,23 @@ def borrowed(trees: Queue[Path]) -> Iterator[Path]:
         trees.put(tree)
 
 
-def baseline(trees: Queue[Path], tests: tuple[str, ...]) -> float:
+def baseline(tree: Path, tests: tuple[str, ...]) -> float:
     """Return seconds of some tests, which must pass as the code is."""
-    with borrowed(trees) as tree:
-        start = perf_counter()
-        if run_tests(tree, tests, None) != 0:
-            raise SystemExit(f"{' '.join(tests)}: these fail without any mutant")
-        return perf_counter() - start
+    start = perf_counter()
+    if run_tests(tree, tests, None) != 0:
+        raise SystemExit(f"{' '.join(tests)}: these fail without any mutant")
+    return perf_counter() - start
 
 
-def trial_in(trees: Queue[Path], mutant: Mutant, tests: tuple[str, ...], limit: float) -> Trial:
+def trial_in(tree: Path, mutant: Mutant, tests: tuple[str, ...], limit: float) -> Trial:
     """Return the trial of a mutant: whether the tests notice it."""
-    with borrowed(trees) as tree:
-        path, start = tree / mutant.module, perf_counter()
-        code = path.read_text(encoding="utf-8")
-        try:
-            path.write_text(mutated(code, mutant.operator, mutant.occurrence), encoding="utf-8")
-            exit_code = run_tests(tree, tests, limit)
-        finally:
-            path.write_text(code, encoding="utf-8")
+    path, start = tree / mutant.module, perf_counter()
+    code = path.read_text(encoding="utf-8")
+    try:
+        path.write_text(mutated(code, mutant.operator, mutant.occurrence), encoding="utf-8")
+        exit_code = run_tests(tree, tests, limit)
+    finally:
+        path.write_text(code, encoding="utf-8")
     outcome = "late" if exit_code is None else "caught" if exit_code else "survived"
     return Trial(mutant, outcome, round(perf_counter() - start, 1))
 

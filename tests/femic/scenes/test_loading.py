@@ -147,6 +147,10 @@ def test_only_compared_bodies_are_solved(write_scene):
 # --- defaults -------------------------------------------------------------------------------------------
 
 
+def test_models_of_stresses_have_neither_finer_nor_coarser_cells_by_default():
+    assert flat().stresses.fineness == 1.0
+
+
 def test_default_lines_lie_beside_through_and_in_front_of_the_patch():
     lines = flat(patch(0.2, 0.3, 2.0)).lines
     assert [line.name for line in lines] == ["s = 3.6 mm", "s = 2 mm", "x = 1.6 mm"]
