@@ -44,7 +44,7 @@ def test_page_of_a_file_says_how_it_was_understood(head, capsys):
     assert "y points to the field side, as given" in said
     assert "z points up, as its head" in said
     text = (head / "out/profiles/mine/profile.html").read_text(encoding="utf-8")
-    assert "Rail mine: how the program reads it" in text
+    assert "Rail mine as femic reads it" in text
     assert said.splitlines()[0] in text
     with xr.open_dataset(head / "out/profiles/mine/profile.nc") as dataset:
         np.testing.assert_allclose(dataset.point_y[0], 2 + (30 + ERROR) * np.sin(-1.4), atol=1e-9)

@@ -26,7 +26,7 @@ def surfaces(upper, lower, *, rolling_radius=np.inf, s_range=(-4.0, 4.0), shift=
 def test_a_plane_above_an_arc():
     """Along the normal of a circle of radius R: (R - R cos + raised) / cos."""
     angle = S_AT / 6.0
-    scene = Undeformed(Surface(UPPER, plane()), Surface(LOWER, arc(6.0, 0.9, 0.9)), (-4.0, 4.0))
+    scene = surfaces(plane(), arc(6.0, 0.9, 0.9))
     for approach in (0.0, 0.2, -0.1):
         expected = (6.0 * (1 - np.cos(angle)) - approach) / np.cos(angle)
         np.testing.assert_allclose(scene.distance(0.0, S_AT, approach), expected, rtol=1e-12, atol=1e-14)
@@ -37,7 +37,8 @@ def test_an_arc_in_an_arc(approach):
     """Circles of radii 5.0 in 5.4 whose centres are 0.4 + approach apart: a ray from the inner centre."""
     apart, angle = 0.4 + approach, S_AT / 5.0
     expected = np.sqrt(5.4**2 - (apart * np.sin(angle)) ** 2) - apart * np.cos(angle) - 5.0
-    scene = surfaces(arc(5.4, 1.2, 1.2), arc(5.0, 1.0, 1.1))
+    bodies = Surface(UPPER, arc(5.4, 1.2, 1.2)), Surface(LOWER, arc(5.0, 1.0, 1.1))
+    scene = Undeformed(*bodies, (-4.0, 4.0))  # without a shift
     np.testing.assert_allclose(scene.distance(0.0, S_AT, approach), expected, rtol=1e-11, atol=1e-13)
 
 

@@ -195,6 +195,7 @@ def test_the_largest_wavenumber_grows_with_the_root_of_the_curvature_under_the_l
 
 def test_peak_memory_is_about_the_same_by_the_state_of_the_process_and_by_its_usage(monkeypatch):
     by_state = peak_memory()
+    assert 20 < by_state < 20_000  # MB, of Python and its libraries
     monkeypatch.setattr(engine, "STATE", Path("nowhere"))
     assert 0.5 * by_state < peak_memory() < 4 * by_state  # of what started this one, where that was larger
 

@@ -216,7 +216,9 @@ def test_wavenumbers_are_as_dense_as_the_least_scale_of_each_pair_of_strips_need
 
 def test_where_conditions_of_m_read_wavenumbers_are_as_dense_as_the_least_a_nn_there_needs():
     of_strips = job()
-    loads, s = of_strips.fit_loads, of_strips.fit_points("approach").s
+    loads = [*of_strips.strip_loads[-1:], *of_strips.fit_loads]
+    s = np.append(GRID.strips, of_strips.fit_points("approach").s)
     distances = s - np.array([load.patch.s for load in loads])[:, None]
     least = np.min(of_strips.half_space_nn(0.0, distances))
-    np.testing.assert_allclose(of_strips._least_scales(loads, s), least, rtol=1e-12)
+    np.testing.assert_allclose(of_strips._least_scales(loads, s)[1:, 0, -1], least, rtol=1e-12)
+    assert of_strips.half_space_nn(0.0, 0.0) > 2 * least
