@@ -284,6 +284,13 @@ def test_the_input_for_contact_is_complete_and_has_the_distances_less_the_approa
     elastic = [float(one) for one in values["GG 1,2"][:4]]
     steels = [getattr(names["pair"], body).material for body in ("upper", "lower")]
     assert elastic == pytest.approx([*(one.nu for one in steels), *(one.G for one in steels)])
+    assert values["CHI, DQ, VELOC"][:2] == ["0.0", "0.9"]
+    assert values["PEN, CKSI, CETA, CPHI"][0] == "0.0"
+    assert values["IBASE, IPLAN"][0] == "9"
+    (digits,) = [line.split()[0] for line in shown.splitlines() if line.endswith(" P-B-T-N-F-S")]
+    assert (digits[2], digits[3]) == ("3", "0")  # T: steady rolling, N: prescribed approach
+    (digits,) = [line.split()[0] for line in shown.splitlines() if line.endswith(" V-L-D-C-M-Z-E")]
+    assert (digits[3], digits[6]) == ("9", "0")  # C: ICs of a file, E: no further slip
     assert "'contact_Bhat.txt'" in shown
     assert Path("contact_Bhat.txt").is_file()
     listed = np.loadtxt(shown.split("IBASE, IPLAN\n")[1].splitlines())

@@ -299,8 +299,8 @@ def test_contact_with_friction_writes_the_page_of_its_motion(motion, recorded, m
     page = SimpleNamespace(write=lambda *of: written.append(of) or tmp_path / "contact.html")
     monkeypatch.setitem(PAGES, motion, page)
     assert exit_code(["contact", motion, "--ics", "A,Bhat", "--out", str(tmp_path / "here")]) == DONE
-    ((scene, _),) = computed
-    assert (scene.name, scene.contact.ics) == (motion, ("A", "Bhat"))
+    ((scene, _, maps),) = computed
+    assert (scene.name, scene.contact.ics, maps) == (motion, ("A", "Bhat"), {})
     assert [(given.name, dataset) for given, dataset, _ in supported] == [(motion, "contact")]
     ((dataset, folder),) = written
     assert (dataset.attrs, folder) == ({"given": "yes", "choice": ""}, tmp_path / "here")

@@ -1,7 +1,6 @@
 """CONTACT's files of numerical ICs, against files made by hand and against its reader's rules."""
 
 from itertools import count
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,9 +12,7 @@ from femic.contact.operators.dense import PARITY
 from femic.results.contact_file import ContactFile, common_by_offsets, read, write
 from femic.results.export import (
     approximate_file,
-    contact_settings,
     depends_on_offset_only,
-    distances,
     to_contact,
 )
 from femic.scenes.load import load_scene, scene_from_table
@@ -268,32 +265,3 @@ def test_damaged_files_are_refused(old, new, message, tmp_path):
     (tmp_path / "bad.txt").write_text(BY_HAND_ONE.replace(old, new, 1))
     with pytest.raises(WrongInput, match=r"^.*" + message.translate({91: r"\[", 93: r"\]"})):
         read(tmp_path / "bad.txt")
-
-
-DOCS = Path(__file__).parents[3] / "docs/how-to/contact-file.md"
-
-
-def test_example_in_documentation_agrees_with_printed_settings():
-    """Its note, and the numbers of its input lines, are those of the scene; PEN is 0 and the list does it."""
-    scene = load_scene("geometry2")
-    n_x, n_s = scene.grid.n_x, scene.grid.n_s
-    file = ContactFile(np.zeros((n_s, 2 * n_s - 1, n_x, 3, 3)), scene.grid.dx, scene.grid.ds, 2)
-    text = DOCS.read_text(encoding="utf-8")
-    _, approach, meaning = distances(scene)
-    assert contact_settings(scene, file, Path("out/geometry2/contact_C.txt"), approach, meaning) in text
-
-    def numbers(names):
-        (line,) = [line for line in text.splitlines() if line.endswith(f"  {names}")]
-        return [float(word) for word in line.removesuffix(names).split()]
-
-    low, _ = scene.grid.extent
-    size = [n_x, n_s, -n_x * scene.grid.dx / 2, low, scene.grid.dx, scene.grid.ds]
-    assert numbers("MX, MY, XL, YL, DX, DY") == pytest.approx(size)
-    assert numbers("CHI, DQ, VELOC")[:2] == [0.0, scene.grid.dx]
-    steel = scene.bodies["upper"].material
-    assert numbers("POISS 1,2,  GG 1,2") == pytest.approx([steel.nu, steel.nu, steel.G, steel.G])
-    assert numbers("PEN, CKSI, CETA, CPHI")[0] == 0
-    assert numbers("IBASE, IPLAN")[0] == 9
-    (digits,) = [line.split()[0] for line in text.splitlines() if line.endswith(" P-B-T-N-F-S")]
-    assert (digits[2], digits[3]) == ("3", "0")  # T: steady rolling, N: prescribed approach
-    assert [line.split()[0][3] for line in text.splitlines() if line.endswith(" V-L-D-C-M-Z-E")] == ["9"]
