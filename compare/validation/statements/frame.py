@@ -126,17 +126,19 @@ def find_verdict(statement: Statement, values: Mapping[str, Values]) -> str:
     """Return the verdict on a statement, from the values of its criteria by name and case.
 
     Reproduced if every criterion is met in every case, not reproduced if none is met in any case; otherwise
-    it depends. Cases whose numbers are too close to the threshold to tell do not count; a statement of which
-    nothing, or no case of some criterion, can be told is not decided, unless it depends anyway.
+    it depends. Cases whose numbers are too close to the threshold to tell do not count; a statement is not
+    decided, unless it depends anyway, where for some criterion these are more than the others.
     """
+    known = [criterion for criterion in statement.criteria if criterion.name in values]
     told = [
         [criterion.met(value) for value in values[criterion.name].values() if not criterion.close(value)]
-        for criterion in statement.criteria
-        if criterion.name in values
+        for criterion in known
     ]
     met = [is_met for by_case in told for is_met in by_case]
     if any(met) and not all(met):
         return DEPENDS
-    if not told or not all(told):
+    if not met or any(
+        2 * len(by_case) < len(values[criterion.name]) for criterion, by_case in zip(known, told, strict=True)
+    ):
         return NOT_DECIDED
     return REPRODUCED if all(met) else NOT_REPRODUCED

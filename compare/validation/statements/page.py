@@ -184,7 +184,8 @@ RULES = (
     "the first run (changes are listed below). “Reproduced”: every criterion is met in every case. “Not "
     "reproduced”: no criterion is met in any case. Otherwise the verdict is “depends”, and the failures "
     "are listed. A case does not count if its number differs from the threshold by less than its "
-    "estimated error, or by less than 0.2 % of the threshold. Errors: max |v − C| over a line, relative to "
+    "estimated error, or by less than 0.2 % of the threshold. A statement of which a criterion has more such "
+    "cases than others is “not decided”, unless it depends anyway. Errors: max |v − C| over a line, relative to "
     "max |C_ij| over all lines at four or more elements from the load; where a component vanishes, relative "
     "to 0.05 max |C_nn|."
 )

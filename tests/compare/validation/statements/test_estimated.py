@@ -41,6 +41,7 @@ OPEN_SMALL, OPEN_LARGE = Estimated(0.12, 0.03), Estimated(0.9, 0.2)
         ({"a": OPEN_SMALL}, {"a": 2.0}, NOT_DECIDED),  # nothing is known of one criterion
         ({"a": OPEN_SMALL}, {"a": 2.0, "b": 0.5}, DEPENDS),  # but it depends whatever that is
         ({"a": OPEN_SMALL}, {"a": OPEN_LARGE}, NOT_DECIDED),
+        ({"a": 0.05, "b": OPEN_SMALL, "c": OPEN_SMALL}, {"a": 2.0}, NOT_DECIDED),  # nor of most of its cases
     ],
 )
 def test_a_verdict_follows_from_the_criteria_and_what_numbers_are_known_to(small, large, verdict):
