@@ -186,8 +186,8 @@ RULES = (
     "are listed. A case does not count if its number differs from the threshold by less than its "
     "estimated error, or by less than 0.2 % of the threshold. A statement of which a criterion has more such "
     "cases than others is “not decided”, unless it depends anyway. Errors: max |v − C| over a line, "
-    "relative to max |C_ij| over all lines at four or more elements from the load; where a component vanishes, "
-    "relative to 0.05 max |C_nn|."
+    "relative to max |C_ij| over all lines at four or more elements from the load; where a component "
+    "vanishes, relative to 0.05 max |C_nn|."
 )
 READING = (
     "Convex: the lower body. Concave: the upper body. A component names the displacement, then the "
