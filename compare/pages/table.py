@@ -63,7 +63,7 @@ def doubts(dataset: xr.Dataset) -> Iterator[str]:
             f"`femic contact` with ics = [{ics!r}, 'C'] shows it for one contact."
         )
     if unused := dataset.attrs["unused"]:
-        yield (f"The table does not use {unused}: each of its contacts has a load and a grid of its own.")
+        yield f"The table does not use {unused}: each of its contacts has a load and a grid of its own."
 
 
 def _range_text(dataset: xr.Dataset, axis: str) -> str:

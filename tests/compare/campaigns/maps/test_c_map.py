@@ -47,6 +47,7 @@ spacing = "logarithmic"
 values = [1e5, 2e5, 4e5, 7e5, 1e6]
 """
 ESTIMATE = 1e-9  # mm/MPa
+COUPLED = np.array([[1.0, 0.0, 0.1], [0.0, 0.9, 0.05], [-0.1, 0.05, 0.8]])
 
 
 def polynomial(ratio, modulus):
@@ -60,14 +61,14 @@ def steep(ratio, modulus):
 def c_of(problem, on_grid, f):
     """B-hat, and f times a share of its own ICs that is largest at small lags and on equal strips.
 
-    With friction of all components: the same share of xx, ss, nn.
+    With friction of all components, in which i and j differ.
     """
     grid, friction = on_grid.grid, problem.specification.friction
     bhat = bhat_for_map(SimpleNamespace(contact=problem.specification), on_grid)
     near = np.exp(-np.abs(np.subtract.outer(grid.strips, grid.strips)))
     shape = f(*ratio_and_modulus(problem)) * np.exp(-grid.lags)[:, None, None] * near
     if friction:
-        return bhat + bhat[0, 0, 0, 2, 2] * shape[..., None, None] * np.eye(3)
+        return bhat + bhat[0, 0, 0, 2, 2] * shape[..., None, None] * COUPLED
     return bhat + bhat[0, 0, 0] * shape
 
 
