@@ -30,7 +30,7 @@ MOST_IDLE_STEPS = 6  # in which the error does not fall below the least one befo
 SHARPER = 0.1  # tolerance of errors and of the linear equations over that of the contact
 DECREASE, LEAST_STEP = 0.1, 0.05  # of the defect as a share of a step, and of a full step
 LEAST_PRESSURE = 1e-12  # of elements that join a contact, as a share of the largest
-LOOSEST = 0.1  # relative residual of the linear equations
+LOOSEST = 0.3  # relative residual of the linear equations
 MOST_VECTORS = 80  # of GMRES
 SINGULAR = 1e-8  # share of the largest entry below which pivots of amplitudes are zero
 LEAST_PER_DEPTH = 6  # elements of a row for each that follows at its leading edge
@@ -38,6 +38,7 @@ LARGEST_SLIP = 1e8  # in units of tractions, over the largest pressure: beyond i
 TINY = 1e-150
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+Floats = NDArray[np.floating[Any]]  # of single or double precision
 Pair = tuple[int, int]
 Triple = tuple[int, int, int]
 
@@ -59,18 +60,20 @@ def compiled(function: Function) -> Function:
 
 # --- names of places ---
 
-# fields (n_x, n_s) of `Work.fields`, some of which have 2 or 3 directions
-P, U, BOUND, RATIO, SHARES, GAP, SLIP = 0, 3, 6, 7, 8, 10, 11
-DP, DU, DSLIP, ONE, MOVED, FIELDS = 13, 16, 19, 21, 24, 27
+# fields (n_x, n_s), some of which have 2 or 3 directions; those of `press` in places that it does not need
+P, U, BOUND, RATIO, SHARES, GAP, SLIP, FIELDS = 0, 3, 6, 7, 8, 10, 11, 13
+STEP, BY_STEP, LEFT, LAST_LEFT, INVERTED, BY_COSINE, NOW, BEFORE = 3, 4, 6, 7, 8, 9, 11, 12
+# changes (n_x, n_s) of fields in a step, and what the approximate inverse takes and gives
+DP, DU, DSLIP, ONE, MOVED, CHANGES = 0, 3, 6, 8, 11, 14
 # given fields: distance, cosine, friction, slip, slip per approach, then 5 of each mode: slip and weights
 H, COSINE, FRICTION, GIVEN, PER_APPROACH, MODES = 0, 1, 2, 3, 5, 7
-# numbers of free elements: slip at the centre and its derivative; the direction of tractions, and the law
-CENTRE, REST, HALF, TOWARDS, BY_SLIP, BY_BEHIND = 0, 2, 3, 4, 6, 8
-DIRECTION, SHARE, STICK, NUMBERS = 10, 12, 13, 14
+# numbers of free elements: the derivative of slip at the centre; the direction of tractions, and the law
+REST, HALF, TOWARDS, BY_SLIP, BY_BEHIND, DIRECTION, SHARE, STICK, NUMBERS = 0, 1, 2, 4, 6, 8, 10, 11, 12
 # whole numbers (n_x, n_s): the row that each element's tractions follow; whether pressures may change
 FOLLOWED, ACTIVE, WAS_ACTIVE = 0, 1, 2
-# lists: elements in contact and free ones by x and s, and where strips begin among the latter
-CONTACT_X, CONTACT_S, FREE_X, FREE_S, BEGINS = 0, 1, 2, 3, 4
+# lists: elements in contact and free ones by x and s, and where strips begin among the latter; of one strip,
+# rows that follow, and which of its free elements they follow
+CONTACT_X, CONTACT_S, FREE_X, FREE_S, BEGINS, FOLLOWER, LEADER = 0, 1, 2, 3, 4, 5, 6
 # vectors: residuals, approximate solution, residuals of the law, solution; then columns, basis, steps
 RESIDUAL, INVERSE, LAW, SOLUTION, COLUMNS = 0, 1, 2, 3, 4
 # settings: whole numbers, then sizes; and real ones
@@ -79,36 +82,50 @@ FIXED, A, M, FIRST, LAST, LOW, BEGIN, K_GIVEN = 8, 9, 10, 11, 12, 13, 14, 15
 COMPLIANCE, SCALE, BY_LENGTH, PEAK = 0, 1, 2, 3
 # small arrays (rows, k): amplitudes with the approach [mm] last, forces, targets; then matrices
 C, UNIT_FORCES, TARGETS, CAUSED, MATRICES = 0, 1, 2, 3, 4
-ALONE, ALONE_STRIDE = 10, 2  # place of kernels
+ALONE = 10  # place of kernels
+
+
+class Products(NamedTuple):
+    """Kernels of one precision, with room for products.
+
+    `kernels` (12, waves, loaded strip, observed strip) are ICs xx, xs, ... nn between waves along x, which
+    are real (`GridOperator`), then the inverse of half-spaces for pressures, and two that leave each strip
+    alone. For pressures alone there are nn and the inverse. `there` says which kernels do not vanish; `waves`
+    (2, waves, half of n_x) are cosines and sines about the middle, and `back` those of the inverse transform.
+    """
+
+    kernels: Floats
+    there: NDArray[np.int64]
+    waves: Floats
+    back: Floats
+    halves: Floats  # (12, half of n_x, n_s)
+    spectra: Floats  # (8, n_s)
 
 
 class Work(NamedTuple):
     """A contact, and room to compute it in; the names above say what is where.
 
-    `kernels` (14, waves, loaded strip, observed strip) are ICs xx, xs, ... nn between waves along x, which
-    are real (`GridOperator`), then the inverse of half-spaces for pressures, and four that leave each strip
-    alone. For pressures alone there are nn and the inverse. `there` says which kernels do not vanish; `waves`
-    (2, waves, half of n_x) are cosines and sines about the middle.
+    Tractions, displacements and residuals are those of double precision; the linear equations of a step have
+    single precision, as a step need not be exact.
     """
 
-    kernels: Array
-    there: NDArray[np.int64]
-    waves: Array
+    exact: Products
+    rough: Products
     strips: NDArray[np.float32]  # (4, n_x, n_x), slip by a strip's own tractions, and behind elements
     given: Array
     settings: NDArray[np.int64]
     numbers: Array
     fields: Array
+    changes: NDArray[np.float32]
     whole: NDArray[np.int64]
     lists: NDArray[np.int64]
-    elements: Array
+    elements: NDArray[np.float32]
     factors: NDArray[np.float32]  # (2, n_s, n_x, n_x)
     pivots: NDArray[np.int64]  # (2, n_s, n_x)
-    vectors: Array
+    strip: NDArray[np.float32]  # (n_x,)
+    vectors: NDArray[np.float32]
     small: Array
     krylov: Array  # Hessenberg matrix, then cosines, sines, right-hand side
-    halves: Array  # (12, half of n_x, n_s)
-    spectra: Array  # (8, n_s)
 
 
 # --- products ---
@@ -116,34 +133,43 @@ class Work(NamedTuple):
 
 @compiled
 def multiply(
-    w: Work, source: int, target: int, kernels: Pair, loads: Pair, observed: Pair, within: Triple, to: Triple
+    w: Products,
+    source: Floats,
+    target: Floats,
+    kernels: Pair,
+    loads: Pair,
+    observed: Pair,
+    within: Triple,
+    to: Triple,
 ) -> None:
-    """Write displacements to fields from `target` on, due to tractions in those from `source` on.
+    """Write displacements (directions, n_x, n_s) due to tractions (directions, n_x, n_s).
 
-    Directions `loads` count, in rows and strips `within`; directions `observed` are written, in rows and
-    strips `to`: the number of rows left out at both ends, the first strip, and the end of strips. The kernel
-    from j to i is at kernels[0] + i * kernels[1] + j.
+    Tractions have directions `loads` and count in rows and strips `within`; displacements have directions
+    `observed` and are written in rows and strips `to`: the number of rows left out at both ends, the first
+    strip, and the end of strips. The kernel from j to i is at kernels[0] + i * kernels[1] + j.
     """
-    waves, half, n_x = w.waves.shape[1], w.waves.shape[2], w.fields.shape[1]
+    waves, half, n_x = w.waves.shape[1], w.waves.shape[2], source.shape[1]
     low, first_strip, end_strip = within
     out_low, first_observed, end_observed = to
     n_loaded, n_observed = end_strip - first_strip, end_observed - first_observed
     for j in range(loads[0], loads[1]):
         for x in range(low, half):
             y = n_x - 1 - x
-            here, beyond = w.fields[source + j, x], w.fields[source + j, y]
+            here, beyond = source[j - loads[0], x], source[j - loads[0], y]
             here, beyond = here[first_strip:end_strip], beyond[first_strip:end_strip]
-            even, odd, once = w.halves[j, x], w.halves[3 + j, x], 0.5 if x == y else 1.0
+            even, odd = w.halves[j, x], w.halves[3 + j, x]
             for b in range(n_loaded):
-                even[b] = once * (here[b] + beyond[b])
+                even[b] = here[b] + beyond[b]
                 odd[b] = here[b] - beyond[b]
+            if x == y:
+                for b in range(n_loaded):
+                    even[b] = here[b]
     for i in range(observed[0], observed[1]):
         for x in range(out_low, half):
             w.halves[6 + i, x] = 0.0
             w.halves[9 + i, x] = 0.0
     moved_re, moved_im = w.spectra[6], w.spectra[7]
     for wave in range(waves):
-        weight = (0.5 if wave in (0, waves - 1) else 1.0) / n_x
         for j in range(loads[0], loads[1]):
             w.spectra[j] = 0.0
             w.spectra[3 + j] = 0.0
@@ -176,17 +202,16 @@ def multiply(
                     for a in range(n_observed):
                         moved_re[a] += row[a] * re
                         moved_im[a] += row[a] * im
-            cosines, sines = w.waves[0, wave], w.waves[1, wave]
             for x in range(out_low, half):
                 even, odd = w.halves[6 + i, x], w.halves[9 + i, x]
-                cosine, sine = weight * cosines[x], weight * sines[x]
+                cosine, sine = w.back[0, wave, x], w.back[1, wave, x]
                 for a in range(n_observed):
                     even[a] += cosine * moved_re[a]
                     odd[a] -= sine * moved_im[a]
     for i in range(observed[0], observed[1]):
         for x in range(out_low, half):
             even, odd = w.halves[6 + i, x], w.halves[9 + i, x]
-            here, beyond = w.fields[target + i, x], w.fields[target + i, n_x - 1 - x]
+            here, beyond = target[i - observed[0], x], target[i - observed[0], n_x - 1 - x]
             here, beyond = here[first_observed:end_observed], beyond[first_observed:end_observed]
             for a in range(n_observed):
                 beyond[a] = even[a] - odd[a]
@@ -205,13 +230,16 @@ def press(w: Work, load: float, approach: float, tolerance: float) -> tuple[floa
     those in the field. Returns approach, iterations, products, and the error, NaN where there is none.
     """
     fields, h, cosine = w.fields, w.given[H], w.given[COSINE]
-    p, u, gap, step, moved = fields[P + N], fields[U + N], fields[GAP], fields[DP + N], fields[DU + N]
-    residual, last_residual, z, last_z = fields[ONE + N], fields[DSLIP], fields[SLIP], fields[SLIP + 1]
-    inverse, by_cosine = fields[MOVED + N], fields[DSLIP + 1]
+    p, u, gap, step, moved = fields[P + N], fields[U + N], fields[GAP], fields[STEP], fields[BY_STEP]
+    residual, last_residual, z, last_z = fields[LEFT], fields[LAST_LEFT], fields[NOW], fields[BEFORE]
+    inverse, by_cosine = fields[INVERTED], fields[BY_COSINE]
+    pressures, displacements = fields[P + N : P + N + 1], fields[U + N : U + N + 1]
+    lefts, inverses = fields[LEFT : LEFT + 1], fields[INVERTED : INVERTED + 1]
+    steps, by_steps = fields[STEP : STEP + 1], fields[BY_STEP : BY_STEP + 1]
     active, was_active = w.whole[ACTIVE], w.whole[WAS_ACTIVE]
     n_x, n_s = h.shape
-    by_load, total, ring = not np.isnan(load), 0.0, w.settings[RING] - N
-    place, stride = w.settings[OPERATOR], w.settings[STRIDE]
+    by_load, total, one, everywhere = not np.isnan(load), 0.0, (N, N + 1), (0, 0, n_s)
+    operator, ring = (w.settings[OPERATOR], w.settings[STRIDE]), (w.settings[RING] - N, 0)
     for x in range(n_x):
         for s in range(n_s):
             p[x, s] = max(p[x, s], 0.0) if h[x, s] < np.inf else 0.0
@@ -221,14 +249,14 @@ def press(w: Work, load: float, approach: float, tolerance: float) -> tuple[floa
             step[x, s] = 0.0
     if total == 0.0:
         if not by_load:
-            multiply(w, ONE, MOVED, (ring, 0), (N, N + 1), (N, N + 1), (0, 0, n_s), (0, 0, n_s))
+            multiply(w.exact, lefts, inverses, ring, one, one, everywhere, everywhere)
         for x in range(n_x):
             for s in range(n_s):
                 pressure = 1.0 if by_load else max(inverse[x, s], 0.0)
                 p[x, s] = pressure if h[x, s] < np.inf else 0.0
     if by_load:
         scale(w, load)
-    multiply(w, P, U, (place, stride), (N, N + 1), (N, N + 1), (0, 0, n_s), (0, 0, n_s))
+    multiply(w.exact, pressures, displacements, operator, one, one, everywhere, everywhere)
     products, zeta = 1, approach
     for iteration in range(MOST_ITERATIONS + 1):
         if by_load:
@@ -252,7 +280,7 @@ def press(w: Work, load: float, approach: float, tolerance: float) -> tuple[floa
             for x in range(n_x):
                 for s in range(n_s):
                     residual[x, s] = cosine[x, s] if active[x, s] else 0.0
-            multiply(w, ONE, MOVED, (ring, 0), (N, N + 1), (N, N + 1), (0, 0, n_s), (0, 0, n_s))
+            multiply(w.exact, lefts, inverses, ring, one, one, everywhere, everywhere)
             below = 0.0
             for x in range(n_x):
                 for s in range(n_s):
@@ -262,7 +290,7 @@ def press(w: Work, load: float, approach: float, tolerance: float) -> tuple[floa
         for x in range(n_x):
             for s in range(n_s):
                 residual[x, s] = gap[x, s] if active[x, s] else 0.0
-        multiply(w, ONE, MOVED, (ring, 0), (N, N + 1), (N, N + 1), (0, 0, n_s), (0, 0, n_s))
+        multiply(w.exact, lefts, inverses, ring, one, one, everywhere, everywhere)
         if by_load:
             above = 0.0
             for x in range(n_x):
@@ -290,7 +318,7 @@ def press(w: Work, load: float, approach: float, tolerance: float) -> tuple[floa
                 last_z[x, s] = z[x, s]
                 last_residual[x, s] = residual[x, s]
                 was_active[x, s] = active[x, s]
-        multiply(w, DP, DU, (place, stride), (N, N + 1), (N, N + 1), (0, 0, n_s), (0, 0, n_s))
+        multiply(w.exact, steps, by_steps, operator, one, one, everywhere, everywhere)
         products += 1
         along, curvature = 0.0, 0.0
         for x in range(n_x):
@@ -311,7 +339,7 @@ def press(w: Work, load: float, approach: float, tolerance: float) -> tuple[floa
                     p[x, s] = max(p[x, s], 0.0)
             if by_load:
                 scale(w, load)
-            multiply(w, P, U, (place, stride), (N, N + 1), (N, N + 1), (0, 0, n_s), (0, 0, n_s))
+            multiply(w.exact, pressures, displacements, operator, one, one, everywhere, everywhere)
             products += 1
     return zeta, MOST_ITERATIONS, products, np.nan
 
@@ -429,11 +457,9 @@ def evaluate(w: Work) -> float:
         for t in range(2):
             here, there = slips[t, x, s], slips[t, behind, s]
             elements[TOWARDS + t, e] = (there - here) / 2
-            elements[CENTRE + t, e] = here + weight * (there - here) / 2
             elements[BY_SLIP + t, e] = by_product * there - by_sizes * here / length
             elements[BY_BEHIND + t, e] = by_product * here - by_sizes * there / length_behind
-            trial = fields[P + t, x, s] - w.numbers[SCALE] * elements[CENTRE + t, e]
-            elements[DIRECTION + t, e] = trial
+            trial = fields[P + t, x, s] - w.numbers[SCALE] * (here + weight * (there - here) / 2)
             square += trial * trial
         size = max(np.sqrt(square), TINY)
         if not size < LARGEST_SLIP * w.numbers[PEAK]:
@@ -441,12 +467,13 @@ def evaluate(w: Work) -> float:
         sticks, share = size <= bound, min(bound / size, 1.0)
         elements[STICK, e], elements[SHARE, e] = 1.0 if sticks else 0.0, share
         for t in range(2):
-            q = fields[P + t, x, s]
-            defect = q - share * elements[DIRECTION + t, e]
+            q, here, there = fields[P + t, x, s], slips[t, x, s], slips[t, behind, s]
+            trial = q - w.numbers[SCALE] * (here + weight * (there - here) / 2)
+            defect, direction = q - share * trial, trial / size
             squares += defect * defect
-            elements[DIRECTION + t, e] /= size
-            slides = q - bound * elements[DIRECTION + t, e]
-            residual[begin + 2 * e + t] = w.numbers[SCALE] * slips[t, x, s] if sticks else slides
+            elements[DIRECTION + t, e] = direction
+            slides = q - bound * direction
+            residual[begin + 2 * e + t] = w.numbers[SCALE] * here if sticks else slides
     for other in range(k):
         unit, force = 0.0, 0.0
         for e in range(a):
@@ -466,43 +493,43 @@ def evaluate(w: Work) -> float:
 
 
 @compiled
-def spread(w: Work, v: Array) -> None:
+def spread(w: Work, v: Floats) -> None:
     """Write changes of all tractions, the fields DP, due to a vector of unknowns, and those of forces."""
-    fields, lists, settings = w.fields, w.lists, w.settings
+    fields, changes, lists, settings = w.fields, w.changes, w.lists, w.settings
     a, m, begin = settings[A], settings[M], settings[BEGIN]
     for e in range(a):
         x, s = lists[CONTACT_X, e], lists[CONTACT_S, e]
-        fields[DP, x, s] = fields[DP + 1, x, s] = 0.0
-        fields[DP + N, x, s] = v[e] if begin else 0.0
+        changes[DP, x, s] = changes[DP + 1, x, s] = 0.0
+        changes[DP + N, x, s] = v[e] if begin else 0.0
     for e in range(m):
         x, s = lists[FREE_X, e], lists[FREE_S, e]
-        fields[DP, x, s], fields[DP + 1, x, s] = v[begin + 2 * e], v[begin + 2 * e + 1]
+        changes[DP, x, s], changes[DP + 1, x, s] = v[begin + 2 * e], v[begin + 2 * e + 1]
     for e in range(a):
         x, s = lists[CONTACT_X, e], lists[CONTACT_S, e]
         followed, ratio = w.whole[FOLLOWED, x, s], fields[RATIO, x, s]
         if followed != x and ratio > 0:
-            pressure = fields[DP + N, x, s] - ratio * fields[DP + N, followed, s]
+            pressure = changes[DP + N, x, s] - ratio * changes[DP + N, followed, s]
             bound = w.given[FRICTION, x, s] * pressure
             for t in range(2):
                 own = fields[SHARES + t, x, s] * bound
-                fields[DP + t, x, s] = fields[DP + t, followed, s] * ratio + own
+                changes[DP + t, x, s] = changes[DP + t, followed, s] * ratio + own
     for other in range(settings[K]):
         total = 0.0
         for e in range(a):
             x, s = lists[CONTACT_X, e], lists[CONTACT_S, e]
             for i in range(3):
-                total += w.given[MODES + 5 * other + 2 + i, x, s] * fields[DP + i, x, s]
+                total += w.given[MODES + 5 * other + 2 + i, x, s] * changes[DP + i, x, s]
         w.small[CAUSED, other] = total / w.small[UNIT_FORCES, other]
 
 
 @compiled
-def change_law(w: Work, source: int, v: Array, result: Array) -> None:
+def change_law(w: Work, source: int, v: Floats, result: Floats) -> None:
     """Write changes of the law due to those of tractions in a vector, slip in two fields, pressures DP."""
-    fields, elements, settings, size = w.fields, w.elements, w.settings, w.numbers[SCALE]
+    changes, elements, settings, size = w.changes, w.elements, w.settings, np.float32(w.numbers[SCALE])
     begin = settings[BEGIN]
     for e in range(settings[M]):
         x, s = w.lists[FREE_X, e], w.lists[FREE_S, e]
-        slip0, slip1 = fields[source, x, s], fields[source + 1, x, s]
+        slip0, slip1 = changes[source, x, s], changes[source + 1, x, s]
         place = begin + 2 * e
         if elements[STICK, e] > 0:
             result[place], result[place + 1] = size * slip0, size * slip1
@@ -510,7 +537,7 @@ def change_law(w: Work, source: int, v: Array, result: Array) -> None:
         centre0, centre1 = elements[REST, e] * slip0, elements[REST, e] * slip1
         if settings[CENTRED]:
             behind = max(x - 1, 0)
-            behind0, behind1 = fields[source, behind, s], fields[source + 1, behind, s]
+            behind0, behind1 = changes[source, behind, s], changes[source + 1, behind, s]
             weight = elements[BY_SLIP, e] * slip0 + elements[BY_SLIP + 1, e] * slip1
             weight += elements[BY_BEHIND, e] * behind0 + elements[BY_BEHIND + 1, e] * behind1
             centre0 += elements[HALF, e] * behind0 + weight * elements[TOWARDS, e]
@@ -518,39 +545,37 @@ def change_law(w: Work, source: int, v: Array, result: Array) -> None:
         trial0, trial1 = v[place] - size * centre0, v[place + 1] - size * centre1
         d0, d1, share = elements[DIRECTION, e], elements[DIRECTION + 1, e], elements[SHARE, e]
         along = d0 * trial0 + d1 * trial1
-        bound = w.given[FRICTION, x, s] * fields[DP + N, x, s] if begin else 0.0
+        bound = w.given[FRICTION, x, s] * changes[DP + N, x, s] if begin else 0.0
         result[place] = v[place] - share * (trial0 - along * d0) - bound * d0
         result[place + 1] = v[place + 1] - share * (trial1 - along * d1) - bound * d1
 
 
 @compiled
-def derive(w: Work, v: Array, result: Array) -> None:
+def derive(w: Work, v: Floats, result: Floats) -> None:
     """Write the change of residuals due to unknowns."""
-    fields, given, settings = w.fields, w.given, w.settings
+    changes, given, settings = w.changes, w.given, w.settings
     a, m, k, begin = settings[A], settings[M], settings[K], settings[BEGIN]
     first, last, low = settings[FIRST], settings[LAST], settings[LOW]
     spread(w, v)
-    directions = 3 if begin else 2
-    place, stride = settings[OPERATOR], settings[STRIDE]
-    multiply(
-        w, DP, DU, (place, stride), (0, directions), (0, directions), (low, first, last), (low, first, last)
-    )
+    n, part, operator = 3 if begin else 2, (low, first, last), (settings[OPERATOR], settings[STRIDE])
+    multiply(w.rough, changes[DP : DP + 3], changes[DU : DU + 3], operator, (0, n), (0, n), part, part)
     n_x, others, approach = given.shape[1], begin + 2 * m, 0.0
+    by_length, behind = np.float32(w.numbers[BY_LENGTH]), np.float32(1.0 if settings[STEADY] else 0.0)
     if begin and settings[BY_LOAD]:
         approach = v[others + k - 1] * w.numbers[COMPLIANCE]
     for t in range(2):
         for x in range(n_x):
             ahead = min(x + 1, n_x - 1)
+            here, beyond, slip = changes[DU + t, x], changes[DU + t, ahead], changes[DSLIP + t, x]
             for s in range(first, last):
-                change = fields[DU + t, x, s] - (fields[DU + t, ahead, s] if settings[STEADY] else 0.0)
-                change *= w.numbers[BY_LENGTH]
-                for mode in range(k):
-                    change += v[others + mode] * given[MODES + 5 * mode + t, x, s]
-                fields[DSLIP + t, x, s] = change
+                slip[s] = by_length * (here[s] - behind * beyond[s])
+            for mode in range(k):
+                for s in range(first, last):
+                    slip[s] += v[others + mode] * given[MODES + 5 * mode + t, x, s]
     if begin:
         for e in range(a):
             x, s = w.lists[CONTACT_X, e], w.lists[CONTACT_S, e]
-            change = fields[DU + N, x, s] - approach * given[COSINE, x, s]
+            change = changes[DU + N, x, s] - approach * given[COSINE, x, s]
             result[e] = change / w.numbers[COMPLIANCE]
     change_law(w, DSLIP, v, result)
     for other in range(k):
@@ -566,7 +591,15 @@ def factorize(w: Work) -> None:
     n_x, n_s = w.given.shape[1], w.given.shape[2]
     elements, lists, size = w.elements, w.lists, np.float32(w.numbers[SCALE])
     for s in range(n_s):
-        start, n = lists[BEGINS, s], lists[BEGINS, s + 1] - lists[BEGINS, s]
+        start, n, followers = lists[BEGINS, s], lists[BEGINS, s + 1] - lists[BEGINS, s], 0
+        for loaded in range(n_x if n else 0):
+            if w.whole[FOLLOWED, loaded, s] != loaded and w.fields[RATIO, loaded, s] > 0:
+                lists[FOLLOWER, followers] = loaded
+                column = 0
+                while lists[FREE_X, start + column] != w.whole[FOLLOWED, loaded, s]:
+                    column += 1
+                lists[LEADER, followers] = column
+                followers += 1
         for t in range(2):
             matrix, slip, behind = w.factors[t, s], w.strips[t], w.strips[2 + t]
             for row in range(n):
@@ -596,14 +629,10 @@ def factorize(w: Work) -> None:
                     loaded = lists[FREE_X, start + column]
                     matrix[row, column] = own_factor * slip[x, loaded] + back_factor * behind[x, loaded]
                 matrix[row, row] += np.float32(by_traction)
-                for loaded in range(n_x):
-                    followed, ratio = w.whole[FOLLOWED, loaded, s], w.fields[RATIO, loaded, s]
-                    if followed != loaded and ratio > 0:
-                        column = 0
-                        while lists[FREE_X, start + column] != followed:
-                            column += 1
-                        more = own_factor * slip[x, loaded] + back_factor * behind[x, loaded]
-                        matrix[row, column] += np.float32(ratio) * more
+                for follower in range(followers):
+                    loaded = lists[FOLLOWER, follower]
+                    more = own_factor * slip[x, loaded] + back_factor * behind[x, loaded]
+                    matrix[row, lists[LEADER, follower]] += np.float32(w.fields[RATIO, loaded, s]) * more
             for j in range(n):
                 pivot = j
                 for i in range(j + 1, n):
@@ -623,62 +652,61 @@ def factorize(w: Work) -> None:
 
 
 @compiled
-def invert(w: Work, v: Array, result: Array, with_others: bool) -> None:
+def invert(w: Work, v: Floats, result: Floats, with_others: bool) -> None:
     """Write approximately pressures and tractions that cause residuals of gaps and of the law.
 
     Pressures follow from gaps, then tractions from the law at their bounds. Slip where elements stick is that
     by all strips: it is changed to that by each strip alone.
     """
-    fields, elements, lists, settings = w.fields, w.elements, w.lists, w.settings
-    a, m, begin, low = settings[A], settings[M], settings[BEGIN], settings[LOW]
-    first, last = settings[FIRST], settings[LAST]
+    changes, elements, lists, settings = w.changes, w.elements, w.lists, w.settings
+    a, m, begin, first, last = settings[A], settings[M], settings[BEGIN], settings[FIRST], settings[LAST]
+    part = settings[LOW], first, last
     if begin:
         for e in range(a):
-            fields[ONE + N, lists[CONTACT_X, e], lists[CONTACT_S, e]] = v[e] * w.numbers[COMPLIANCE]
-        multiply(
-            w,
-            ONE,
-            MOVED,
-            (settings[RING] - N, 0),
-            (N, N + 1),
-            (N, N + 1),
-            (low, first, last),
-            (low, first, last),
-        )
+            changes[ONE + N, lists[CONTACT_X, e], lists[CONTACT_S, e]] = v[e] * w.numbers[COMPLIANCE]
+        residuals, pressures = changes[ONE + N : ONE + 3], changes[MOVED + N : MOVED + 3]
+        multiply(w.rough, residuals, pressures, (settings[RING] - N, 0), (N, N + 1), (N, N + 1), part, part)
         for e in range(a):
-            result[e] = fields[MOVED + N, lists[CONTACT_X, e], lists[CONTACT_S, e]]
+            result[e] = changes[MOVED + N, lists[CONTACT_X, e], lists[CONTACT_S, e]]
     any_sticks = False
     for e in range(m):
         x, s, sticks = lists[FREE_X, e], lists[FREE_S, e], elements[STICK, e] > 0
         any_sticks = any_sticks or sticks
         for t in range(2):
-            fields[ONE + t, x, s] = v[begin + 2 * e + t] if sticks else 0.0
+            changes[ONE + t, x, s] = v[begin + 2 * e + t] if sticks else 0.0
     if any_sticks:
-        multiply(w, ONE, MOVED, (ALONE, ALONE_STRIDE), (0, 2), (0, 2), (low, first, last), (low, first, last))
+        for t in range(2):
+            slip, alone, one = changes[ONE + t : ONE + t + 1], changes[MOVED + t : MOVED + t + 1], (t, t + 1)
+            multiply(w.rough, slip, alone, (ALONE, 0), one, one, part, part)
     for e in range(m):
         x, s = lists[FREE_X, e], lists[FREE_S, e]
-        bound = w.given[FRICTION, x, s] * fields[MOVED + N, x, s] if begin else 0.0
+        bound = w.given[FRICTION, x, s] * changes[MOVED + N, x, s] if begin else 0.0
         for t in range(2):
             place = begin + 2 * e + t
             slides = v[place] + bound * elements[DIRECTION + t, e]
-            result[place] = fields[MOVED + t, x, s] if elements[STICK, e] > 0 else slides
+            result[place] = changes[MOVED + t, x, s] if elements[STICK, e] > 0 else slides
+    q = w.strip
     for s in range(first, last):
         n, start = lists[BEGINS, s + 1] - lists[BEGINS, s], begin + 2 * lists[BEGINS, s]
         for t in range(2):
-            matrix, q = w.factors[t, s], result[start + t :]
+            matrix = w.factors[t, s]
+            for i in range(n):
+                q[i] = result[start + 2 * i + t]
             for j in range(n):
                 pivot = w.pivots[t, s, j]
-                q[2 * j], q[2 * pivot] = q[2 * pivot], q[2 * j]
+                q[j], q[pivot] = q[pivot], q[j]
             for i in range(1, n):
-                total = q[2 * i]
+                row, total = matrix[i], np.float32(0.0)
                 for j in range(i):
-                    total -= matrix[i, j] * q[2 * j]
-                q[2 * i] = total
+                    total += row[j] * q[j]
+                q[i] -= total
             for i in range(n - 1, -1, -1):
-                total = q[2 * i]
+                row, total = matrix[i], np.float32(0.0)
                 for j in range(i + 1, n):
-                    total -= matrix[i, j] * q[2 * j]
-                q[2 * i] = total * matrix[i, i]
+                    total += row[j] * q[j]
+                q[i] = (q[i] - total) * row[i]
+            for i in range(n):
+                result[start + 2 * i + t] = q[i]
     if not with_others:
         return
     spread(w, result)
@@ -711,7 +739,7 @@ def prepare(w: Work) -> None:
             x, s = lists[FREE_X, e], lists[FREE_S, e]
             for y in (x, max(x - 1, 0)):
                 for t in range(2):
-                    w.fields[DSLIP + t, y, s] = w.given[MODES + 5 * mode + t, y, s]
+                    w.changes[DSLIP + t, y, s] = w.given[MODES + 5 * mode + t, y, s]
         change_law(w, DSLIP, none, residual)
         invert(w, residual, w.vectors[COLUMNS + mode], False)
         spread(w, w.vectors[COLUMNS + mode])
@@ -753,25 +781,26 @@ def newton(w: Work, tolerance: float, fixed: bool) -> bool:
 
     `fixed`: pressures and the approach stay. Then steps are halved until the defects of law and forces fall.
     """
-    fields, settings, small, solution = w.fields, w.settings, w.small, w.vectors[SOLUTION]
+    fields, changes, settings, small = w.fields, w.changes, w.settings, w.small
+    p, u, dp, du = fields[P : P + 3], fields[U : U + 3], changes[DP : DP + 3], changes[DU : DU + 3]
     n_x, n_s = w.given.shape[1], w.given.shape[2]
-    place, stride = settings[OPERATOR], settings[STRIDE]
+    operator, tangential, solution = (settings[OPERATOR], settings[STRIDE]), (0, 2), w.vectors[SOLUTION]
     least, idle = np.inf, 0
     settle(w, fixed)
     for turn in range(MOST_STEPS + 1):
         first, last, low = settings[FIRST], settings[LAST], settings[LOW]
         if not fixed or turn == 0:
-            multiply(w, P, U, (place, stride), (0, 3), (0, 3), (low, first, last), (0, 0, n_s))
+            multiply(w.exact, p, u, operator, (0, 3), (0, 3), (low, first, last), (0, 0, n_s))
             if not fixed and join(w):
                 settle(w, fixed)
         a, m, k, begin = settings[A], settings[M], settings[K], settings[BEGIN]
         if a == 0:
             return False
         first, last, low = settings[FIRST], settings[LAST], settings[LOW]
-        for f in range(DP, FIELDS):
+        for f in range(CHANGES):
             for x in range(n_x):
                 for s in range(first, last):
-                    fields[f, x, s] = 0.0
+                    changes[f, x, s] = 0.0
         others = begin + 2 * m
         n = others + k
         defect = evaluate(w)
@@ -797,14 +826,16 @@ def newton(w: Work, tolerance: float, fixed: bool) -> bool:
         correct(w, n, min(LOOSEST, max(SHARPER * tolerance / error, error)))
         spread(w, solution)
         if fixed:
-            multiply(w, DP, DU, (place, stride), (0, 2), (0, 2), (low, first, last), (low, first, last))
+            part = low, first, last
+            multiply(w.rough, dp, du, operator, tangential, tangential, part, part)
         share, change = 1.0, 1.0
         while True:
             for f in range(2 if fixed else 3):
                 for x in range(n_x):
                     for s in range(first, last):
-                        fields[P + f, x, s] += change * fields[DP + f, x, s]
-                        fields[U + f, x, s] += change * fields[DU + f, x, s]
+                        p[f, x, s] += change * dp[f, x, s]
+                        if fixed:
+                            u[f, x, s] += change * du[f, x, s]
             for other in range(k):
                 step = change * solution[others + other]
                 if settings[BY_LOAD] and not fixed and other == k - 1:
@@ -821,13 +852,16 @@ def newton(w: Work, tolerance: float, fixed: bool) -> bool:
 
 @compiled
 def correct(w: Work, n: int, rtol: float) -> None:
-    """Write the change of n unknowns that takes residuals away, by GMRES, preconditioned from the right."""
+    """Write the change of n unknowns that takes residuals away, by GMRES, preconditioned from the right.
+
+    The vector INVERSE is what `invert` makes of the residuals.
+    """
     residual, solution, h = w.vectors[RESIDUAL], w.vectors[SOLUTION], w.krylov
     basis = w.vectors[COLUMNS + w.small.shape[1] :]
     steps = basis[MOST_VECTORS + 1 :]
-    norm = 0.0
+    norm, square = 0.0, np.float32(0.0)
     for e in range(n):
-        norm += residual[e] * residual[e]
+        norm += np.float64(residual[e]) * np.float64(residual[e])
         solution[e] = 0.0
     norm = np.sqrt(norm)
     if norm == 0.0:
@@ -838,11 +872,14 @@ def correct(w: Work, n: int, rtol: float) -> None:
     right[0] = norm
     size = 0
     for j in range(min(MOST_VECTORS, n)):
-        invert(w, basis[j], steps[j], True)
+        if j == 0:
+            for e in range(n):
+                steps[0, e] = -w.vectors[INVERSE, e] / norm
+        else:
+            invert(w, basis[j], steps[j], True)
         derive(w, steps[j], basis[j + 1])
-        square = 0.0
         for i in range(j + 2):  # the last turn is the length of what is left
-            dot = 0.0
+            dot = np.float32(0.0)
             for e in range(n):
                 dot += basis[min(i, j + 1), e] * basis[j + 1, e]
             if i == j + 1:

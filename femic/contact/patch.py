@@ -122,15 +122,14 @@ def resultant(tractions: Array, section: Section, x: Array, area: float) -> Resu
     `x` (n_x,) are the centres of elements along x, `area` is that of an element [mm^2].
     """
     y, z, sin, cos = section
-    f_x, f_y, f_z = in_global_axes(area * tractions, sin, cos)
-    x = x[:, None]
-    moments = y * f_z - z * f_y, z * f_x - x * f_z, x * f_y - y * f_x
-    force, moment = (np.array([np.sum(part) for part in parts]) for parts in ((f_x, f_y, f_z), moments))
-    return Resultant(force, moment)
+    f_x, f_y, f_z = in_global_axes(area * np.sum(tractions, axis=0), sin, cos)  # of strips
+    _, xf_y, xf_z = in_global_axes(area * np.tensordot(x, tractions, 1), sin, cos)
+    moments = y * f_z - z * f_y, z * f_x - xf_z, xf_y - y * f_x
+    return Resultant(np.sum([f_x, f_y, f_z], axis=1), np.sum(moments, axis=1))
 
 
 def in_global_axes(tractions: Array, sin: Array, cos: Array) -> tuple[Array, Array, Array]:
-    """Components along x, y, z of tractions (n_x, n_s, 3), by sine and cosine of the inclination (n_s,)."""
+    """Components along x, y, z of tractions (..., n_s, 3), by sine and cosine of the inclination (n_s,)."""
     p_x, p_s, p_n = (tractions[..., direction] for direction in (X, S, N))
     return p_x, p_s * cos + p_n * sin, p_n * cos - p_s * sin
 

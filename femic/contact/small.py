@@ -6,6 +6,8 @@ solved again and again, or with another load, friction or creepages, costs littl
 
 import logging
 import pickle
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -16,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femic.contact import compiled as at
-from femic.contact.compiled import Work, multiply, newton, press
+from femic.contact.compiled import Floats, Products, Work, multiply, newton, press
 from femic.contact.friction.law import Strips
 from femic.contact.friction.motion import Motion, RollingStep, SteadyRolling
 from femic.contact.loading import Loading
@@ -27,7 +29,7 @@ from geometries.patches import N, S, X
 
 MOST_ELEMENTS = 64  # along x or s of grids that are small
 VANISHES = 1e-14  # size of a kernel over the largest one up to which it is zero by symmetry
-ROUGH = 1e-3  # tolerance of tangential tractions at pressures that they are going to change
+ROUGH = 1e-2  # tolerance of tangential tractions at pressures that they are going to change
 TANGENTIAL = (X, S)
 
 log = logging.getLogger(__name__)
@@ -45,45 +47,72 @@ class Bodies:
         _, waves, n_s, _ = parts[0].shape
         self.shape = n_x, _ = waves - 1, n_s
         phases = np.pi / n_x * np.outer(np.arange(n_x + 1), np.arange((n_x + 1) // 2) - (n_x - 1) / 2)
-        self.waves = np.stack([np.cos(phases), np.sin(phases)])
+        waves = np.stack([np.cos(phases), np.sin(phases)])
+        back = waves / n_x
+        back[:, [0, -1]] /= 2
+        kinds = [np.dtype(kind) for kind in (np.float64, np.float32)]
+        self.transforms = {kind: (waves.astype(kind), back.astype(kind)) for kind in kinds}
         parts.append(_kernels_on_ring(flat.restricted((N,)).ring_inverse, (N,), self.shape))
         if len(self.directions) > 1:
             alone = flat.restricted(TANGENTIAL).strips_alone
-            parts.append(_kernels_on_ring(alone, TANGENTIAL, self.shape))
+            same = _kernels_on_ring(alone, TANGENTIAL, self.shape)[[0, 3]]  # those of xs and sx gain nothing
+            parts.append(same)
         sizes = [np.max(np.abs(part), axis=(1, 2, 3)) for part in parts]
         there = [size > VANISHES * np.max(size) for size in sizes]
         self.there = np.concatenate(there).astype(np.int64)
         self.kernels = np.concatenate(parts)
+        self.rough_kernels = self.kernels.astype(np.float32)
         self.motions: dict[tuple[type[Motion], float], tuple[NDArray[np.float32], float]] = {}
+        self.unused: dict[int, list[Work]] = {}  # by the number of modes
+
+    @contextmanager
+    def borrowed_work(self, modes: int) -> Iterator[Work]:
+        """Yield the arrays of a contact with some free modes, tractions and amplitudes zero.
+
+        They serve contacts one after the other; each thread has its own.
+        """
+        unused = self.unused.setdefault(modes, [])
+        try:
+            work = unused.pop()
+        except IndexError:
+            work = self.work(modes)
+        work.fields[:], work.small[:], work.numbers[:] = 0.0, 0.0, 0.0
+        yield work
+        unused.append(work)
 
     def work(self, modes: int) -> Work:
-        """Return the arrays of a contact with some free modes, without distance and motion."""
+        """Return new arrays of a contact with some free modes, without distance and motion."""
         n_x, n_s = self.shape
-        n, k, half = n_x * n_s, modes + 1, self.waves.shape[2]
+        n, k = n_x * n_s, modes + 1
         settings = np.zeros(at.K_GIVEN + 1, np.int64)
         m = len(self.directions)
         settings[at.OPERATOR], settings[at.STRIDE], settings[at.RING] = (0, 3, 9) if m > 1 else (-N, 0, 1)
         vectors = at.COLUMNS + k + 2 * at.MOST_VECTORS + 1 if m > 1 else 1
         return Work(
-            self.kernels,
-            self.there,
-            self.waves,
+            self.products(self.kernels),
+            self.products(self.rough_kernels),
             np.zeros((4, n_x, n_x), np.float32),
             np.zeros((at.MODES + 5 * k, n_x, n_s)),
             settings,
             np.zeros(at.PEAK + 1),
             np.zeros((at.FIELDS, n_x, n_s)),
+            np.zeros((at.CHANGES, n_x, n_s), np.float32),
             np.zeros((at.WAS_ACTIVE + 1, n_x, n_s), np.int64),
-            np.zeros((at.BEGINS + 1, n + 1), np.int64),
-            np.zeros((at.NUMBERS, n)),
+            np.zeros((at.LEADER + 1, n + 1), np.int64),
+            np.zeros((at.NUMBERS, n), np.float32),
             np.empty((2, n_s, n_x, n_x), np.float32),
             np.zeros((2, n_s, n_x), np.int64),
-            np.empty((vectors, 3 * n + k)),
+            np.zeros(n_x, np.float32),
+            np.empty((vectors, 3 * n + k), np.float32),
             np.zeros((at.MATRICES + 2 * k, k)),
             np.zeros((at.MOST_VECTORS + 4, at.MOST_VECTORS + 1)),
-            np.zeros((12, half, n_s)),
-            np.zeros((8, n_s)),
         )
+
+    def products(self, kernels: Floats) -> Products:
+        """Return kernels with room for products of the same precision."""
+        kind, n_s, (waves, back) = kernels.dtype, self.shape[1], self.transforms[kernels.dtype]
+        halves, spectra = np.zeros((12, waves.shape[2], n_s), kind), np.zeros((8, n_s), kind)
+        return Products(kernels, self.there, waves, back, halves, spectra)
 
     @cached_property
     def by_one(self) -> Array:
@@ -92,8 +121,9 @@ class Bodies:
         for loads in (slice(at.P, at.P + N), slice(at.P + N, at.P + N + 1)):
             work.fields[at.P : at.P + 3] = 0.0
             work.fields[(loads, *(n // 2 for n in self.shape))] = 1.0
-            multiply(work, at.P, at.U, (0, 3), (0, 3), (0, 3), everywhere, everywhere)
-            both.append(np.moveaxis(work.fields[at.U : at.U + 3], 0, -1).copy())
+            p, u, all_three = work.fields[at.P : at.P + 3], work.fields[at.U : at.U + 3], (0, 3)
+            multiply(work.exact, p, u, all_three, all_three, all_three, everywhere, everywhere)
+            both.append(np.moveaxis(u, 0, -1).copy())
         return np.concatenate([both[0][..., :N], both[1][..., N:]], axis=-1)
 
     def strips(self, motion: Motion) -> tuple[NDArray[np.float32], float]:
@@ -213,16 +243,17 @@ class SmallContact:
         bodies = None if max(distance.shape) > MOST_ELEMENTS else _bodies(operator, flat)
         return None if bodies is None else cls(bodies, distance, *others)
 
-    def work(self, modes: int) -> Work:
-        """Return the arrays of a contact with some free modes, with its surfaces."""
-        work = self.bodies.work(modes)
-        given = work.given
-        given[at.H], given[at.COSINE], given[at.FRICTION] = self.distance, self.cosine, self.friction
-        return work
+    @contextmanager
+    def work(self, modes: int) -> Iterator[Work]:
+        """Yield the arrays of a contact with some free modes, with its surfaces."""
+        with self.bodies.borrowed_work(modes) as work:
+            given = work.given
+            given[at.H], given[at.COSINE], given[at.FRICTION] = self.distance, self.cosine, self.friction
+            yield work
 
-    def work_with_friction(self, motion: Motion, loading: Loading) -> Work:
-        """Return the arrays of the contact after a motion."""
-        work, free = self.work(len(motion.free)), motion.free
+    def set_motion(self, work: Work, motion: Motion, loading: Loading) -> None:
+        """Write a motion to the arrays of the contact."""
+        free = motion.free
         strips, slip_of_one = self.bodies.strips(motion)
         compliance = float(self.bodies.by_one[(*(n // 2 for n in self.distance.shape), N)])
         by_load, settings, given = loading.load is not None, work.settings, work.given
@@ -230,13 +261,14 @@ class SmallContact:
         work.numbers[: at.PEAK] = compliance, 1 / slip_of_one, 1.0
         settings[at.K_GIVEN], settings[at.BY_LOAD] = len(free) + by_load, by_load
         settings[at.DEPTH] = motion.depth
+        settings[at.CENTRED] = settings[at.STEADY] = False
         if isinstance(motion, SteadyRolling):
             work.numbers[at.BY_LENGTH] = 1 / motion.dx
             settings[at.CENTRED] = motion.order > 1
             settings[at.STEADY] = not isinstance(motion, RollingStep)
         slip = motion.given_at(0.0)
-        per_approach = np.moveaxis(motion.given_at(1.0) - slip, -1, 0)
-        given[at.GIVEN : at.GIVEN + 2] = np.moveaxis(slip, -1, 0)
+        per_approach = (motion.given_at(1.0) - slip).transpose(2, 0, 1)
+        given[at.GIVEN : at.GIVEN + 2] = slip.transpose(2, 0, 1)
         given[at.PER_APPROACH : at.PER_APPROACH + 2] = per_approach
         modes = given[at.MODES :].reshape(-1, 5, *self.distance.shape)
         for mode, one, slip in zip(modes, free, motion.free_slips, strict=False):
@@ -246,7 +278,6 @@ class SmallContact:
             modes[-1, :2] = compliance * per_approach
             modes[-1, 3], modes[-1, 4] = -self.area * self.sine, self.area * self.cosine
             work.small[at.TARGETS, -1] = loading.load
-        return work
 
 
 def solve_normal(
@@ -256,13 +287,14 @@ def solve_normal(
 
     `start` are pressures to begin with.
     """
-    work = contact.work(0)
-    if start is not None:
-        work.fields[at.P + N] = start
-    approach, iterations, products, error = press(work, *_given(contact, loading), tolerance)
-    if np.isnan(error):
-        return None
-    return work.fields[at.P + N].copy(), work.fields[at.GAP].copy(), approach, iterations, products, error
+    with contact.work(0) as work:
+        if start is not None:
+            work.fields[at.P + N] = start
+        approach, iterations, products, error = press(work, *_given(contact, loading), tolerance)
+        if np.isnan(error):
+            return None
+        p, gap = work.fields[at.P + N].copy(), work.fields[at.GAP].copy()
+    return p, gap, approach, iterations, products, error
 
 
 def _given(contact: SmallContact, loading: Loading) -> tuple[float, float]:
@@ -302,11 +334,18 @@ def solve_frictional(
     It begins with `start`; without one, or where that does not lead on, with pressures without friction, and
     tangential tractions at these.
     """
-    work = contact.work_with_friction(motion, loading)
+    with contact.work(len(motion.free)) as work:
+        contact.set_motion(work, motion, loading)
+        return _find(contact, work, loading, start, tolerance)
+
+
+def _find(
+    contact: SmallContact, work: Work, loading: Loading, start: Guess | None, tolerance: float
+) -> Found | None:
     load, approach = _given(contact, loading)
     amplitudes = work.small[at.C]
     if start is not None:
-        work.fields[at.P : at.P + 3] = np.moveaxis(start.p, -1, 0)
+        work.fields[at.P : at.P + 3] = start.p.transpose(2, 0, 1)
         amplitudes[:-1] = start.amplitudes
         amplitudes[-1] = start.approach if loading.approach is None else approach
         if newton(work, tolerance, False):
@@ -323,7 +362,7 @@ def solve_frictional(
 
 def _found(work: Work) -> Found:
     p, u, slip = (
-        np.moveaxis(work.fields[first : first + size], 0, -1).copy()
+        work.fields[first : first + size].transpose(1, 2, 0).copy()
         for first, size in ((at.P, 3), (at.U, 3), (at.SLIP, 2))
     )
     m, lists = work.settings[at.M], work.lists

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -190,7 +189,7 @@ class ContactSolver:
             in_motion = pair_in_motion(problem, pair_on_grid(problem, grid), options.run, own)
             operator = in_motion.operator(name)
             self._on_grid = in_motion.on_grid
-            self._rolling = in_motion.rolling(in_motion.frictional(operator, 0.3))
+            self._rolling: RollingProblem = in_motion.rolling(in_motion.frictional(operator, 0.3))
         self._normal = self._rolling.problem.normal
         self._last: FrictionalContact | None = None
         self._last_pressures: Array | None = None
@@ -226,10 +225,8 @@ class ContactSolver:
         distance = self._on_grid.distance
         if extra_gap is not None:
             distance = distance + self._gap(extra_gap)
-        loading, creepages = Loading(load, approach), Creepages(longitudinal, lateral, spin)
-        if friction == 0 and not forces:
-            return self._without_friction(loading, distance, creepages)
-        return self._rolls(loading, distance, friction, creepages, forces)
+        creepages = Creepages(longitudinal, lateral, spin)
+        return self._solve(Loading(load, approach), distance, friction, creepages, forces)
 
     def solve_many(self, **given: ArrayLike) -> xr.Dataset:
         """Return the numbers of many contacts. Arguments are those of `solve`, as numbers or arrays.
@@ -254,8 +251,11 @@ class ContactSolver:
         shape = arrays[0].shape
         rows = []
         for values in zip(*(each.ravel().tolist() for each in arrays), strict=True):
-            case: dict[str, Any] = dict(zip(given, values, strict=True))
-            rows.append(self.solve(**case).numbers)
+            case = dict(zip(given, values, strict=True))
+            loading = Loading(case.get("load"), case.get("approach"))
+            creepages = Creepages(**{name: case.get(name, 0.0) for name in NAMES})
+            friction = case.get("friction", 0.0)
+            rows.append(self._solve(loading, self._on_grid.distance, friction, creepages, NO_FORCES).numbers)
         dims = ("case",) if len(shape) == 1 else tuple(f"case_{axis}" for axis in range(len(shape)))
         return xr.Dataset(
             {
@@ -275,6 +275,18 @@ class ContactSolver:
             raise WrongInput(f"extra_gap of shape {gap.shape}: {shape} or {shape[1:]} is needed, as the grid")
         return gap
 
+    def _solve(
+        self,
+        loading: Loading,
+        distance: Array,
+        friction: float,
+        creepages: Creepages,
+        forces: Mapping[str, float],
+    ) -> SolvedContact:
+        if friction == 0 and not forces:
+            return self._without_friction(loading, distance, creepages)
+        return self._rolls(loading, distance, friction, creepages, forces)
+
     def _without_friction(self, loading: Loading, distance: Array, creepages: Creepages) -> SolvedContact:
         problem = self._normal
         if distance is not self._on_grid.distance:
@@ -293,8 +305,10 @@ class ContactSolver:
         creepages: Creepages,
         forces: Mapping[str, float],
     ) -> SolvedContact:
-        problem = replace(self._rolling.problem, friction=friction, distance=distance)
-        rolling: RollingProblem = replace(self._rolling, problem=problem)
+        rolling, problem = self._rolling, self._rolling.problem
+        if friction != problem.friction or distance is not problem.distance:
+            rolling = replace(rolling, problem=replace(problem, friction=friction, distance=distance))
+            self._rolling = rolling  # the next one is likely to be alike
         solved: RollingContact = rolling.contact(creepages, loading, forces=forces, start=self._last)
         self._last = solved.contact
         return SolvedContact(self._on_grid, solved.contact, solved.creepages)

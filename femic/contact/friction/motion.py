@@ -54,7 +54,7 @@ from femic.key_types import Several
 from geometries.arrays import Array, Indices, Mask
 from geometries.contours import Contour
 from geometries.errors import WrongInput
-from geometries.patches import N
+from geometries.patches import N, S, X
 
 # --- rigid motion of a wheel ---
 
@@ -112,8 +112,10 @@ class RollingKinematics:
         x = self.x[:, None]
         along_x = -xi + (1 + xi) * self.height / self.radius - phi * y
         aside, up = upsilon + phi * x, -(1 + xi) * x / self.radius
-        along = along_x, aside * cos - up * sin, aside * sin + up * cos
-        return np.stack(np.broadcast_arrays(*along), axis=-1)
+        velocity = np.empty((len(self.x), len(self.s), 3))
+        velocity[..., X] = along_x
+        velocity[..., S], velocity[..., N] = aside * cos - up * sin, aside * sin + up * cos
+        return velocity
 
     def rigid_slip(self, creepages: Creepages) -> Array:
         """Rigid slip per unit of rolled distance, shape (n_x, n_s, 2)."""
@@ -191,7 +193,8 @@ TINY = 1e-150
 
 def centred(slip: Array) -> Array:
     """Slip at the centres of elements, shape (n_x, n_s, 2)."""
-    behind, weight = _behind(slip), _weights(slip)[0]
+    behind = _behind(slip)
+    weight = _sizes_and_weight(slip, behind)[-1]
     return np.asarray(slip + weight / 2 * (behind - slip))
 
 
@@ -217,12 +220,18 @@ def _behind(values: Array) -> Array:
 def _weights(slip: Array) -> tuple[Array, Array, Array]:
     """Return the weight w (n_x, n_s, 1), and its derivatives by s and s', (n_x, n_s, 2) each."""
     behind = _behind(slip)
-    a, b = (np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), TINY) for v in (slip, behind))
-    product = np.maximum(np.sum(slip * behind, axis=-1, keepdims=True), 0.0)
-    square, weight = (a + b) ** 2, 4 * product / (a + b) ** 2
+    a, b, product, weight = _sizes_and_weight(slip, behind)
     by_sizes = 2 * weight / (a + b)
-    by_product = np.where(product > 0, 4 / square, 0.0)
+    by_product = np.where(product > 0, 4 / (a + b) ** 2, 0.0)
     return weight, by_product * behind - by_sizes * slip / a, by_product * slip - by_sizes * behind / b
+
+
+def _sizes_and_weight(slip: Array, behind: Array) -> tuple[Array, Array, Array, Array]:
+    """Return sizes of both slips, their product, 0 where it is negative, and w, (n_x, n_s, 1) each."""
+    a = np.maximum(np.hypot(slip[..., :1], slip[..., 1:]), TINY)
+    b, product = _behind(a), slip * behind
+    product = np.maximum(product[..., :1] + product[..., 1:], 0.0)
+    return a, b, product, 4 * product / (a + b) ** 2
 
 
 # --- leading edge ---
