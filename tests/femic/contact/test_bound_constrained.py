@@ -94,6 +94,14 @@ def test_large_problems_agree_with_nonnegative_least_squares(seed):
     np.testing.assert_allclose(solution.p.ravel(), exact, atol=1e-9 * np.max(exact))
 
 
+def test_at_an_approach_that_closes_no_gap_nothing_presses():
+    of = problem(12, 17, smooth_gap(12, 17))
+    solution = pressures(of, approach=-1e-3)
+    assert not solution.p.any()
+    assert solution.error == 0.0
+    np.testing.assert_array_equal(solution.gap, of.h + 1e-3 * of.c)
+
+
 @pytest.mark.parametrize("given", [{"load": 3e4}, {"approach": 0.04}])
 def test_start_saves_iterations_without_changing_the_solution(given):
     """One without pressures, as of an approach at which nothing touches, is none."""

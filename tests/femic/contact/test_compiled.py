@@ -203,6 +203,11 @@ def test_creepages_from_forces_are_those_of_the_other_solvers(name):
     assert here.contact.turns == 0
     assert_equal(here.contact, expected.contact)
     assert here.creepages.longitudinal == pytest.approx(expected.creepages.longitudinal, rel=1e-6)
+    for start in (there, here.contact):  # also one with another number of forces
+        again = rolling.contact(CREEPAGES, LOADING, forces=forces, start=start, tolerance=SHARP)
+        assert_equal(again.contact, expected.contact)
+    without = rolling.contact(CREEPAGES, LOADING, start=here.contact, tolerance=SHARP)
+    assert_equal(without.contact, there)
     with pytest.raises(ForcesBeyondFriction):
         rolling.contact(CREEPAGES, LOADING, forces={"longitudinal": 0.6 * LOADING.load})
 

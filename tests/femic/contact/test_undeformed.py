@@ -332,6 +332,13 @@ def test_distance_ends_where_a_section_turns_beyond_the_normal():
     np.testing.assert_array_equal(np.isfinite(ends), [True, True, False])
 
 
+def test_the_plane_has_places_of_the_lower_contour_up_to_its_ends():
+    plane = arcs(0.45)
+    for end, beyond in zip(plane.s_range, (-1e-9, 1e-9), strict=True):
+        assert np.isfinite(plane.lower_arc_length(end))
+        assert np.isnan(plane.lower_arc_length(end + beyond))
+
+
 def test_arc_lengths_of_the_lower_contour_and_heights_over_the_origin():
     plane = arcs(0.45)
     alpha = np.array([-0.4, 0.0, 0.2])

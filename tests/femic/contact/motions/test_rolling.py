@@ -212,6 +212,16 @@ def test_the_estimate_of_work_is_at_least_what_slip_misses():
     assert {name for name in plain.floors if known.floors[name] != plain.floors[name]} == {"work"}
 
 
+def test_missed_work_has_no_sign():
+    _, rolling, contact = rolled(1e-4)
+    tangential = contact.contact.tangential
+    work = np.sum(contact.contact.dissipation) * rolling.problem.grid.area
+    on_body = rolling.power(contact) - rolling.climbing(contact)
+    for factor in (0.0, 2 * on_body / work):  # times the work of slip: none, and twice that on the body
+        other = replace(contact.contact, tangential=replace(tangential, slip=factor * tangential.slip))
+        assert rolling.missed_work(replace(contact, contact=other)) == pytest.approx(on_body)
+
+
 def test_where_all_slides_the_slip_misses_little():
     on_grid, rolling, contact = rolled(0.05)
     assert rolling.missed_work(contact) < 2e-3 * rolling.power(contact)
