@@ -244,7 +244,8 @@ class Contour:
         """Points (y, z) [mm] at arc length s, shape (2, *s.shape)."""
         s = np.asarray(s, dtype=float)
         inner = np.clip(s, *self.limits)
-        return self.core.position(inner) + (s - inner) * self.tangent(inner)
+        points, beyond = self.core.position(inner), s - inner
+        return points + beyond * self.tangent(inner) if np.any(beyond) else points
 
     def inclination(self, s: ArrayLike) -> Array:
         """Inclination delta [rad] at arc length s, shape of s."""

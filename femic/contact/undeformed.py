@@ -17,7 +17,7 @@ there, so that no contact is possible.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -165,18 +165,25 @@ class Undeformed:
 def _arc_length_at(contour: Contour, y: Array) -> Array:
     """Arc length [mm] at lateral coordinate y [mm]: y grows with it, because no contour overhangs."""
     reach = float(np.max(np.abs(y))) + 1.0
-    inner = np.linspace(*contour.limits, SAMPLES)
-    ends = contour.position(inner[[0, -1]])[0], contour.tangent(inner[[0, -1]])[0]
-    left = inner[0] - max(0.0, ends[0][0] + reach) / ends[1][0]
-    right = inner[-1] + max(0.0, reach - ends[0][1]) / ends[1][1]
-    table = np.unique(np.concatenate([[left], inner, [right]]))
-    t = np.interp(y, contour.position(table)[0], table)
+    inner, laterals, slopes = _samples_of(contour)
+    left = min(0.0, -reach - laterals[0])  # beyond the ends, along tangents
+    right = max(0.0, reach - laterals[-1])
+    between = np.concatenate([[laterals[0] + left], laterals, [laterals[-1] + right]])
+    left, right = inner[0] + left / slopes[0], inner[-1] + right / slopes[1]
+    t = np.interp(y, between, np.concatenate([[left], inner, [right]]))
     for _ in range(NEWTON_STEPS):
         step = (contour.position(t)[0] - y) / contour.tangent(t)[0]
         t = t - step
         if np.max(np.abs(step), initial=0.0) <= ROUNDING * max(abs(left), abs(right)):
             break
     return np.asarray(t)
+
+
+@lru_cache(maxsize=16)  # for the same bodies again and again
+def _samples_of(contour: Contour) -> tuple[Array, Array, Array]:
+    """Arc lengths of samples between the limits of a contour, y [mm] there, and slopes dy/ds at both ends."""
+    s = np.unique(np.linspace(*contour.limits, SAMPLES))
+    return s, contour.position(s)[0], contour.tangent(s[[0, -1]])[0]
 
 
 # --- over a tangent plane ---

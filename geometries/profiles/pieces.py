@@ -197,11 +197,7 @@ class Outline:
 
     def position(self, s: ArrayLike) -> Array:
         """Points (y, z) [mm], shape (2, *s.shape)."""
-        at = np.asarray(s, dtype=float)
-        result = np.empty((2, *at.shape))
-        for piece, here, own in self._on_pieces(at):
-            result[:, here] = piece.position(own)
-        return result
+        return self._evaluate(s, lambda piece, own: piece.position(own), (2,))
 
     def inclination(self, s: ArrayLike) -> Array:
         """Inclination delta [rad], shape of s."""
@@ -234,18 +230,22 @@ class Outline:
             points.append(piece.position(np.linspace(0, piece.length, count + 1)[1:]))
         return np.concatenate(points, axis=1)
 
-    def _evaluate(self, s: ArrayLike, value: Callable[[Piece, Array], Array]) -> Array:
-        """Return a value of each piece at the arc lengths s that lie on it, shape of s."""
-        at = np.asarray(s, dtype=float)
-        result = np.empty(at.shape)
-        for piece, here, own in self._on_pieces(at):
-            result[here] = value(piece, own)
+    def _evaluate(
+        self, s: ArrayLike, value: Callable[[Piece, Array], Array], parts: tuple[int, ...] = ()
+    ) -> Array:
+        """Return a value of each piece at the arc lengths s that lie on it, shape (*parts, *s.shape)."""
+        at, last = np.asarray(s, dtype=float), len(self.pieces) - 1
+        index = np.clip(np.searchsorted(self.joints, at, side="right") - 1, 0, last)
+        first, last = (int(index.min()), int(index.max())) if index.size else (0, 0)
+        if first == last:  # as many are
+            return value(self.pieces[first], self._on_piece(first, at))
+        result = np.empty((*parts, *at.shape))
+        for k in range(first, last + 1):
+            here = index == k
+            if here.any():
+                result[..., here] = value(self.pieces[k], self._on_piece(k, at[here]))
         return result
 
-    def _on_pieces(self, s: Array) -> list[tuple[Piece, Array, Array]]:
-        """Return the pieces, which arc lengths lie on each (a mask), and these from the piece's start."""
-        joints = self.joints
-        index = np.clip(np.searchsorted(joints, s, side="right") - 1, 0, len(self.pieces) - 1)
-        masks = [index == k for k in range(len(self.pieces))]
-        own = [np.clip(s[here] - joints[k], 0, self.pieces[k].length) for k, here in enumerate(masks)]
-        return list(zip(self.pieces, masks, own, strict=True))
+    def _on_piece(self, k: int, s: Array) -> Array:
+        """Return arc lengths s [mm] from the start of a piece, at most its length; shape of s."""
+        return np.clip(s - self.joints[k], 0, self.pieces[k].length)

@@ -8,6 +8,7 @@ the body continues along its tangent there.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Protocol
 
@@ -53,9 +54,8 @@ class Placed:
     def position(self, s: Array) -> Array:
         """Points (y, z) [mm] relative to the contact centre, shape (2, *s.shape)."""
         cos, sin = np.cos(self.turn), np.sin(self.turn)
-        origin = self.curve.position(np.array(self.centre))
         points = self.curve.position(self._along(s))
-        y, z = points[0] - origin[0], points[1] - origin[1]
+        y, z = points[0] - self._origin[0], points[1] - self._origin[1]
         return np.stack([cos * y - sin * z, sin * y + cos * z])
 
     def inclination(self, s: Array) -> Array:
@@ -65,6 +65,11 @@ class Placed:
     def curvature(self, s: Array) -> Array:
         """Derivative of the inclination by the arc length [1/mm], shape of s."""
         return self.curve.curvature(self._along(s))
+
+    @cached_property
+    def _origin(self) -> Array:
+        """The contact centre (y, z) [mm] on the curve, (2,)."""
+        return self.curve.position(np.array(self.centre))
 
     def _along(self, s: Array) -> Array:
         """Arc length [mm] on the curve, from its first end."""
