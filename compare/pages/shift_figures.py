@@ -22,6 +22,7 @@ from geometries.arrays import Array
 
 ORDER = ("C", "Bhat")  # the best first; then the last of the others
 LIMITS = (0.01, 0.05, 0.10)
+DIFFERENCE, ESTIMATE = "difference_", "estimate_of_difference_"  # before names of quantities
 
 
 @dataclass(frozen=True)
@@ -75,24 +76,24 @@ def reference_names(dataset: xr.Dataset, quantity: str = "p_max") -> xr.DataArra
     return result
 
 
+def with_differences(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a dataset with `difference` and its estimate for all quantities, which a page needs often."""
+    quantities = [quantity for quantity in (P_MAX, *OF_ROLLING) if quantity.name in dataset]
+    found = {
+        f"{prefix}{quantity.name}": find(dataset, quantity)
+        for prefix, find in ((DIFFERENCE, _differences), (ESTIMATE, _difference_estimates))
+        for quantity in quantities
+    }
+    return dataset.assign(found)
+
+
 def difference(dataset: xr.Dataset, ics: str, quantity: Quantity = P_MAX) -> xr.DataArray:
     """Return a quantity with some ICs less that with the best of each contact, as a share.
 
     Over shift and side; NaN where these ICs are the best themselves.
     """
-    best = reference_names(dataset, quantity.name)
-    return _difference(dataset[quantity.name], ics, best, _friction_limit(dataset, quantity))
-
-
-def _difference(values: xr.DataArray, ics: str, best: xr.DataArray, scale: float | None) -> xr.DataArray:
-    """Return values with some ICs less those with the `best`, over these or over a scale."""
-    own, reference = values.sel(ics=ics, drop=True), _with_ics(values, best)
-    return ((own - reference) / (scale or reference)).where(best != ics)
-
-
-def _friction_limit(dataset: xr.Dataset, quantity: Quantity) -> float | None:
-    """Return friction times load where differences of a quantity are shares of it."""
-    return dataset.attrs["friction"] * dataset.attrs["load"] if quantity.is_friction_share else None
+    known = dataset.get(DIFFERENCE + quantity.name)
+    return (_differences(dataset, quantity) if known is None else known).sel(ics=ics, drop=True)
 
 
 def difference_estimate(dataset: xr.Dataset, ics: str, quantity: Quantity = P_MAX) -> xr.DataArray:
@@ -101,14 +102,35 @@ def difference_estimate(dataset: xr.Dataset, ics: str, quantity: Quantity = P_MA
     Much of the error of both contacts is the same, as they have the same elements (`femic.contact.datasets`).
     Planar contact has elements of its own: there the errors of both add.
     """
+    known = dataset.get(ESTIMATE + quantity.name)
+    return (_difference_estimates(dataset, quantity) if known is None else known).sel(ics=ics, drop=True)
+
+
+def _differences(dataset: xr.Dataset, quantity: Quantity) -> xr.DataArray:
+    """Return `difference` of all ICs."""
+    best = reference_names(dataset, quantity.name)
+    return _less_the_best(dataset[quantity.name], best, _friction_limit(dataset, quantity))
+
+
+def _difference_estimates(dataset: xr.Dataset, quantity: Quantity) -> xr.DataArray:
+    """Return `difference_estimate` of all ICs."""
     name, scale = quantity.name, _friction_limit(dataset, quantity)
-    best = reference_names(dataset, name)
-    if ics == PLANAR:
-        known = dataset[f"estimate_{name}"]
-        both = _with_ics(known, best) + known.sel(ics=ics, drop=True)
-        return both / (scale or abs(reference_values(dataset, name)))
+    best, known = reference_names(dataset, name), dataset[f"estimate_{name}"]
     varied = dataset[[prefix + name for prefix in ("", LARGER, CHANGE, FLOOR)]]
-    return estimate_of_difference(varied, lambda contacts: _difference(contacts[name], ics, best, scale))
+    result = estimate_of_difference(varied, lambda contacts: _less_the_best(contacts[name], best, scale))
+    both = (_with_ics(known, best) + known) / (scale or abs(reference_values(dataset, name)))
+    return result.where(dataset.ics != PLANAR, both)
+
+
+def _less_the_best(values: xr.DataArray, best: xr.DataArray, scale: float | None) -> xr.DataArray:
+    """Return values less those with the `best` ICs, over these or over a scale."""
+    reference = _with_ics(values, best)
+    return ((values - reference) / (scale or reference)).where(values.ics != best)
+
+
+def _friction_limit(dataset: xr.Dataset, quantity: Quantity) -> float | None:
+    """Return friction times load where differences of a quantity are shares of it."""
+    return dataset.attrs["friction"] * dataset.attrs["load"] if quantity.is_friction_share else None
 
 
 def decisions(dataset: xr.Dataset, ics: str, limit: float, quantity: Quantity = P_MAX) -> xr.DataArray:
@@ -245,7 +267,7 @@ def _quantity_panels(dataset: xr.Dataset, quantity: Quantity) -> list[Panel]:
         panel = Panel(f"{side} wheel", SHIFT, quantity.label, curves)
         panels.append(_with_zones(panel, dataset, side, named=True))
     for side in sides:
-        curves = _differences(dataset, quantity, side)
+        curves = _difference_curves(dataset, quantity, side)
         title, levels = f"{side} wheel, difference", (-5.0, -1.0, 1.0, 5.0)
         if curves:
             panel = Panel(title, SHIFT, up, curves, levels=levels)
@@ -253,7 +275,7 @@ def _quantity_panels(dataset: xr.Dataset, quantity: Quantity) -> list[Panel]:
     return panels
 
 
-def _differences(dataset: xr.Dataset, quantity: Quantity, side: str) -> list[Curve]:
+def _difference_curves(dataset: xr.Dataset, quantity: Quantity, side: str) -> list[Curve]:
     looks, curves = ics_looks(dataset.ics.values), []
     for name in drawing_order(dataset.ics.values):
         off, estimate = (

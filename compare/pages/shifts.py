@@ -107,7 +107,8 @@ PLACES = (
 def write_shifts(dataset: xr.Dataset, folder: Path) -> Path:
     """Write `shifts.nc`, the figures and `shifts.html`; returns the path of the page."""
     title = f"Wheelset at lateral shifts: {dataset.attrs['title']}"
-    page = Page(title, summary(dataset), _sections(dataset), answer_table(dataset), doubts(dataset))
+    known = figures.with_differences(dataset)
+    page = Page(title, summary(known), _sections(known), answer_table(known), doubts(known))
     return write_results(page, folder, "shifts", dataset)
 
 
