@@ -22,7 +22,7 @@ from geometries.arrays import Array
 
 ORDER = ("C", "Bhat")  # the best first; then the last of the others
 LIMITS = (0.01, 0.05, 0.10)
-DIFFERENCE, ESTIMATE = "difference_", "estimate_of_difference_"  # before names of quantities
+REFERENCE, DIFFERENCE, ESTIMATE = "reference_", "difference_", "estimate_of_difference_"  # before names
 
 
 @dataclass(frozen=True)
@@ -70,6 +70,8 @@ def _with_ics(values: xr.DataArray, names: xr.DataArray) -> xr.DataArray:
 
 def reference_names(dataset: xr.Dataset, quantity: str = "p_max") -> xr.DataArray:
     """Return the names of the best ICs of each contact, empty where there is none."""
+    if (known := dataset.get(REFERENCE + quantity)) is not None:
+        return known
     result = xr.full_like(dataset[quantity].isel(ics=0, drop=True), "", dtype=object)
     for name in reversed(rank_ics(dataset)):
         result = result.where(np.isnan(dataset[quantity].sel(ics=name, drop=True)), name)
@@ -77,11 +79,11 @@ def reference_names(dataset: xr.Dataset, quantity: str = "p_max") -> xr.DataArra
 
 
 def with_differences(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a dataset with `difference` and its estimate for all quantities, which a page needs often."""
+    """Return a dataset with references, differences and their estimates, which a page needs often."""
     quantities = [quantity for quantity in (P_MAX, *OF_ROLLING) if quantity.name in dataset]
     found = {
         f"{prefix}{quantity.name}": find(dataset, quantity)
-        for prefix, find in ((DIFFERENCE, _differences), (ESTIMATE, _difference_estimates))
+        for prefix, find in FOUND_ONCE.items()
         for quantity in quantities
     }
     return dataset.assign(found)
@@ -126,6 +128,13 @@ def _less_the_best(values: xr.DataArray, best: xr.DataArray, scale: float | None
     """Return values less those with the `best` ICs, over these or over a scale."""
     reference = _with_ics(values, best)
     return ((values - reference) / (scale or reference)).where(values.ics != best)
+
+
+FOUND_ONCE = {
+    REFERENCE: lambda dataset, quantity: reference_names(dataset, quantity.name),
+    DIFFERENCE: _differences,
+    ESTIMATE: _difference_estimates,
+}
 
 
 def _friction_limit(dataset: xr.Dataset, quantity: Quantity) -> float | None:
@@ -199,7 +208,7 @@ def patch_zones(dataset: xr.Dataset, shift: float, side: str) -> list[str]:
     best = str(reference_names(dataset).sel(shift=shift, side=side).item())
     if not best:
         return []
-    at = dataset.sel(shift=shift)
+    at = dataset[["patch_centre", "roll", "axle_shift", "height"]].sel(shift=shift)
     centres = at.patch_centre.sel(side=side, ics=best).dropna("patch").values
     limits = flange_limits(dataset, side)
     if limits is None:
