@@ -27,7 +27,8 @@ from femic.contact.operators.dense import GridOperator, strip_lags
 from geometries.arrays import Array, Mask
 from geometries.patches import N, S, X
 
-MOST_ELEMENTS = 64  # along x or s of grids that are small
+MOST_ELEMENTS = 96  # along x or s of grids that are small
+MOST_WITHOUT_FRICTION = 64  # the same for pressures alone, which FFT finds quicker from there on
 VANISHES = 1e-14  # size of a kernel over the largest one up to which it is zero by symmetry
 ROUGH = 1e-2  # tolerance of tangential tractions at pressures that they are going to change
 TANGENTIAL = (X, S)
@@ -240,7 +241,9 @@ class SmallContact:
     @classmethod
     def make(cls, operator: Any, flat: Convolution, distance: Array, *others: Any) -> "SmallContact | None":
         """Return the contact; None if its grid is large, or nothing is known of its operator."""
-        bodies = None if max(distance.shape) > MOST_ELEMENTS else _bodies(operator, flat)
+        is_normal = getattr(operator, "directions", None) == (N,)
+        most = min(MOST_ELEMENTS, MOST_WITHOUT_FRICTION) if is_normal else MOST_ELEMENTS
+        bodies = None if max(distance.shape) > most else _bodies(operator, flat)
         return None if bodies is None else cls(bodies, distance, *others)
 
     @contextmanager

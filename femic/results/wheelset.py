@@ -7,6 +7,7 @@ contacts and rolling wheelsets are stored: an interrupted run goes on with the n
 import json
 import re
 from collections.abc import Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -18,12 +19,13 @@ from femic.reference.run_options import DEFAULT, RunOptions
 from femic.results import wheelset_contacts as geometry
 from femic.results.wheelset_contacts import (
     ABOUT,
+    Part,
     Study,
+    compute_parts,
     contacts,
     is_mirrored,
     join_contacts,
     rail_top,
-    without_grid_reports,
 )
 from femic.scenes.scene_table import SceneTable
 from femic.shifts.contact import read_grids
@@ -244,7 +246,8 @@ def rolling_wheelsets(
     rolling = study.specification.rolling
     assert rolling is not None
     may_mirror = study.alike and rolling.lateral == 0 == rolling.spin
-    solved: dict[float, xr.Dataset] = {}
+    parts: dict[float, Part] = {}
+    mirrored: dict[float, bool] = {}
     for count, (shift, position) in enumerate(positions.items(), start=1):
         sides = []  # on the grids of their contacts without friction
         for k, side in enumerate(SIDES):
@@ -258,12 +261,22 @@ def rolling_wheelsets(
             sides.append(RollingSide(place, problem, grids, approach, C in contact.ics.values))
         if not sides:
             continue
-        if may_mirror and -shift in solved and shift != 0 and is_mirrored(positions, shift):
-            solved[shift] = mirror(solved[-shift])
-        else:
+        mirrored[shift] = may_mirror and -shift in parts and shift != 0 and is_mirrored(positions, shift)
+        if not mirrored[shift]:
             label = f"shift {shift:g} mm ({count} of {len(positions)}), rolling"
-            solved[shift] = _solve_or_load(study, rolling, sides, label)
-        yield shift, solved[shift]
+            parts[shift] = _rolling(study, rolling, sides, label)
+    workers = 1 if study.specification.contact.may_need_c else study.options.workers
+    found = zip(parts, compute_parts(list(parts.values()), study.options, workers), strict=True)
+    solved: dict[float, xr.Dataset] = {}
+    for shift, is_mirror in mirrored.items():
+        if is_mirror:
+            yield shift, mirror(solved[-shift])
+            continue
+        _, entry = next(found)
+        if isinstance(entry, Failure):
+            raise entry
+        solved[shift] = entry
+        yield shift, entry
 
 
 def mirror(entry: xr.Dataset) -> xr.Dataset:
@@ -275,28 +288,24 @@ def mirror(entry: xr.Dataset) -> xr.Dataset:
     return swapped.assign_attrs(reasons=json.dumps(reasons))
 
 
-def _solve_or_load(study: Study, rolling: RollingTable, sides: list[RollingSide], label: str) -> xr.Dataset:
-    """Return the wheelset in a position as a dataset, from the store where it is there."""
-    options = study.options
-    key = options.store.key(
+def _rolling(study: Study, rolling: RollingTable, sides: list[RollingSide], label: str) -> Part:
+    """Return the wheelset in a position as a part of a study."""
+    position, contact = sides[0].place.position, study.specification.contact
+    key = study.options.store.key(
         "rolling",
         results_digest(),
         [study.facts(side) for side in SIDES],
         [(side.place.side, side.grids, side.approach, side.with_c) for side in sides],
-        (sides[0].place.position.given_shift, sides[0].place.position.roll),
+        (position.given_shift, position.roll),
         rolling.model_dump(),
     )
-    if (entry := options.store.get(key)) is not None:
-        options.watch.on_stage(f"{label}: stored by an earlier run")
-        return entry
-    start, contact = perf_counter(), study.specification.contact
-    entry = roll(sides, contact.load, rolling, contact.ics, without_grid_reports(options))
+    return Part(label, key, partial(roll, sides, contact.load, rolling, contact.ics), _creepages)
+
+
+def _creepages(entry: xr.Dataset) -> str:
     known = entry.xi_0.dropna("ics")
     creepages = ", ".join(f"{name} {float(known.sel(ics=name)):.3g}" for name in known.ics.values)
-    text = f"creepage {creepages}" if creepages else "not found"
-    options.watch.on_stage(f"{label}: {text}, {perf_counter() - start:.1f} s")
-    options.store.put(key, entry)
-    return entry
+    return f"creepage {creepages}" if creepages else "not found"
 
 
 def join_rolling(study: Study, solved: Mapping[float, xr.Dataset]) -> xr.Dataset:

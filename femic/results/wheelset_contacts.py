@@ -3,14 +3,16 @@
 The geometry is positions, touching points, sections and conicity. Finished contacts are stored.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from time import perf_counter
 
 import numpy as np
 import xarray as xr
 
 from femic.cache.digests import results_digest
+from femic.cache.workers import Processes
 from femic.reference.run_options import RunOptions, Watch
 from femic.shifts.contact import PATCH, contact_at
 from femic.shifts.sides import SIDES, Place
@@ -190,51 +192,102 @@ class Study:
         return [points, materials, [table.model_dump() for table in tables], wheel.flange_back]
 
 
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A part of a study that is computed and stored by itself; `compute` raises Failure if there is none.
+
+    `label` and what `describe` makes of the dataset are reported.
+    """
+
+    label: str
+    key: str
+    compute: Callable[[RunOptions], xr.Dataset]
+    describe: Callable[[xr.Dataset], str]
+
+
+def compute_parts(parts: Sequence[Part], options: RunOptions, workers: int) -> Iterator[xr.Dataset | Failure]:
+    """Yield the datasets of parts in their order, or why there is none.
+
+    Stored ones are taken from the store; others are computed by `workers` processes side by side, or here.
+    """
+    stored = [options.store.get(part.key) for part in parts]
+    missing = [part for part, entry in zip(parts, stored, strict=True) if entry is None]
+    with Processes(workers) as processes:
+        if min(workers, len(missing)) > 1:
+            computed = processes(partial(_compute, options=RunOptions(1, options.store)), missing)
+        else:
+            computed = map(partial(_compute, options=without_grid_reports(options)), missing)
+        for part, known in zip(parts, stored, strict=True):
+            entry, seconds = (known, 0.0) if known is not None else next(computed)
+            if isinstance(entry, Failure):
+                options.watch.on_stage(f"{part.label} is left out: {entry}")
+            elif known is None:
+                options.watch.on_stage(f"{part.label}: {part.describe(entry)}, {seconds:.1f} s")
+            else:
+                options.watch.on_stage(f"{part.label}: stored by an earlier run")
+            yield entry
+
+
+def _compute(part: Part, options: RunOptions) -> tuple[xr.Dataset | Failure, float]:
+    """Return the dataset of a part, which is stored, or why there is none, and seconds."""
+    start = perf_counter()
+    try:
+        entry = part.compute(options)
+    except Failure as failure:
+        return Failure(str(failure)), perf_counter() - start
+    options.store.put(part.key, entry)
+    return entry, perf_counter() - start
+
+
 def contacts(
     study: Study, positions: dict[float, Position], refused: dict[str, str]
 ) -> Iterator[tuple[tuple[float, SideName], xr.Dataset]]:
-    """Yield all contacts by shift and side; where sides are alike, one stands for both at opposite shifts."""
-    solved = dict[tuple[float, SideName], xr.Dataset | None]()
+    """Yield all contacts by shift and side; where sides are alike, one stands for both at opposite shifts.
+
+    Contacts with C come one after the other, as their models take all workers.
+    """
+    parts: dict[tuple[float, SideName], Part] = {}
+    same: dict[tuple[float, SideName], tuple[float, SideName]] = {}  # the one that stands for each
     for count, (shift, position) in enumerate(positions.items(), start=1):
         for side in SIDES:
             mirrored: tuple[float, SideName] = (-shift, "left" if side == "right" else "right")
-            if study.alike and mirrored in solved and is_mirrored(positions, shift):
-                entry = solved[mirrored]
-                if entry is None:
-                    refused[f"{shift:g}, {side}"] = refused[f"{mirrored[0] + 0.0:g}, {mirrored[1]}"]  # no -0
+            if study.alike and mirrored in parts and is_mirrored(positions, shift):
+                same[shift, side] = mirrored
             else:
+                same[shift, side] = shift, side
                 label = f"shift {shift:g} mm ({count} of {len(positions)}), {side}"
-                try:
-                    entry = _solve_or_load(study, Place(study.layout, position, side), label)
-                except Failure as failure:
-                    entry, refused[f"{shift:g}, {side}"] = None, str(failure)
-                    study.options.watch.on_stage(f"{label} is left out: {failure}")
-            solved[shift, side] = entry
-            if entry is not None:
-                yield (shift, side), entry
+                parts[shift, side] = _contact(study, Place(study.layout, position, side), label)
+    workers = 1 if study.specification.contact.may_need_c else study.options.workers
+    found = zip(parts, compute_parts(list(parts.values()), study.options, workers), strict=True)
+    entries = dict[tuple[float, SideName], xr.Dataset | Failure]()
+    for place, own in same.items():
+        while own not in entries:
+            solved, entry = next(found)
+            entries[solved] = entry
+        entry = entries[own]
+        if isinstance(entry, Failure):
+            refused[f"{place[0]:g}, {place[1]}"] = str(entry)
+        else:
+            yield place, entry
+
+
+def _contact(study: Study, where: Place, label: str) -> Part:
+    """Return a contact as a part of a study."""
+    k, specification = SIDES.index(where.side), study.specification
+    at = where.position.given_shift, where.position.roll
+    key = study.options.store.key("shift", results_digest(), study.facts(where.side), at, where.side)
+    tables = specification.rails[k], specification.wheels[k], specification.contact
+    return Part(label, key, partial(contact_at, where, *tables), _largest_pressures)
+
+
+def _largest_pressures(entry: xr.Dataset) -> str:
+    pressures = zip(entry.ics.values, entry.p_max.values, strict=True)
+    return ", ".join(f"{name} {p_max:.0f} MPa" for name, p_max in pressures)
 
 
 def is_mirrored(positions: Mapping[float, Position], shift: float) -> bool:
     """Whether the wheelset at the opposite shift is rolled to the other side; given rolls need not be."""
     return abs(positions[-shift].roll + positions[shift].roll) <= SAME_ROLL
-
-
-def _solve_or_load(study: Study, where: Place, label: str) -> xr.Dataset:
-    """Return a contact as a dataset, from the store where it is there. Raises Failure."""
-    k, options = SIDES.index(where.side), study.options
-    rail, wheel = study.specification.rails[k], study.specification.wheels[k]
-    at = where.position.given_shift, where.position.roll
-    key = options.store.key("shift", results_digest(), study.facts(where.side), at, where.side)
-    if (entry := options.store.get(key)) is not None:
-        options.watch.on_stage(f"{label}: stored by an earlier run")
-        return entry
-    start = perf_counter()
-    entry = contact_at(where, rail, wheel, study.specification.contact, without_grid_reports(options))
-    pressures = zip(entry.ics.values, entry.p_max.values, strict=True)
-    text = ", ".join(f"{name} {p_max:.0f} MPa" for name, p_max in pressures)
-    options.watch.on_stage(f"{label}: {text}, {perf_counter() - start:.1f} s")
-    options.store.put(key, entry)
-    return entry
 
 
 def without_grid_reports(options: RunOptions) -> RunOptions:

@@ -163,6 +163,11 @@ class ContactTable(SceneTable):
         20, description="elements across the main patch, along x and s; other patches have half as many"
     )
 
+    @property
+    def may_need_c(self) -> bool:
+        """Whether C may be used: its models take minutes and all workers."""
+        return C in self.ics or self.c_above_deg is not None
+
 
 class RollingTable(SceneTable):
     """Steady rolling of the wheelset, with friction."""

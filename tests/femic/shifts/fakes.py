@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from femic.reference.run_options import RunOptions
 from femic.results import wheelset
 from femic.results import wheelset_contacts as contacts
 from femic.shifts.axle import OF_PATCH, OF_WHEEL, OF_WHEELSET, WheelNumbers
@@ -16,6 +17,7 @@ from femic.shifts.specification import ContactTable, ProfileTable, RollingTable,
 from geometries.patches import Grid
 
 SHIFTS = (-2.0, -1.0, 0.0, 1.0, 2.0)
+ALONE = RunOptions(1)  # in this process, which knows the functions below
 FILE = ShiftsFile(
     shifts=SHIFTS,
     conicity_amplitude=0.5,
@@ -128,4 +130,4 @@ def faked(contact=fake_contact, roll=fake_roll, *, conicity=False):
 def known_dataset(file=FILE):
     """The dataset of `FILE` or `ROLLING`."""
     with faked(conicity=True):
-        return wheelset.compute_shifts(file, "text of the file")
+        return wheelset.compute_shifts(file, "text of the file", ALONE)

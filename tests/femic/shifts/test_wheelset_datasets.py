@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from femic.cache.store import Store
 from femic.reference.run_options import RunOptions, Watch
@@ -24,6 +25,7 @@ from femic.shifts.specification import (
 from geometries.errors import Failure, WrongInput
 from geometries.profiles.standards import standard
 from tests.femic.shifts.fakes import (
+    ALONE,
     FILE,
     ROLLING,
     SHARES,
@@ -132,7 +134,7 @@ def test_shifts_left_out_are_said_before_the_first_contact(monkeypatch):
         raise Failure("no grid")
 
     file = changed(shifts=(0.0, 12.0), wheel=WheelTable(profile="S1002"), right_wheel=None)
-    options = RunOptions(watch=Watch(on_stage=said.append))
+    options = RunOptions(1, watch=Watch(on_stage=said.append))
     with faked(contact_at), pytest.raises(Failure, match="shifts: no contact was found: "):
         compute.compute_shifts(file, options=options)
     assert said[0].startswith("Assumed values that the specification does not give: ")
@@ -224,7 +226,9 @@ def test_what_is_unusual_about_a_position_and_the_least_modulus_are_in_the_datas
 
     monkeypatch.setattr(compute, "settle", noted)
     with faked():
-        dataset = compute.compute_shifts(changed(S1002, wheel=WheelTable(profile="S1002", E=100e3)))
+        dataset = compute.compute_shifts(
+            changed(S1002, wheel=WheelTable(profile="S1002", E=100e3)), options=ALONE
+        )
     assert json.loads(dataset.attrs["unusual"])["2"] == "the left wheel touches 0.4 mm beyond"
     assert dataset.attrs["E"] == 100e3
 
@@ -272,10 +276,36 @@ def test_finished_positions_are_kept(tmp_path):
     assert json.loads(result.attrs["not_rolling"]) == reasons
 
 
+@pytest.mark.parametrize("rolls", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_processes_find_what_one_finds(tmp_path, monkeypatch, rolls):
+    """Contacts and rolling wheelsets side by side: same numbers, in the same order, kept in the store."""
+    monkeypatch.setattr(geometry, "conicity", lambda *_, **__: xr.Dataset())
+    rolling = RollingTable(friction=0.3, longitudinal=-1e-3) if rolls else None
+    contact = ContactTable(ics=("A",), planar=False, elements=8)
+    file = changed(shifts=(0.0, 1.5) if rolls else (0.0,), contact=contact, rolling=rolling)
+    said = {workers: [] for workers in (1, 2)}
+    found = {
+        workers: compute.compute_shifts(
+            file,
+            "",
+            RunOptions(workers, Store(tmp_path / str(workers)), Watch(on_stage=said[workers].append)),
+        )
+        for workers in said
+    }
+    for name in ("p_max", "estimate_p_max", *(("F_x", "work", "estimate_F_y") if rolls else ())):
+        assert np.isfinite(found[1][name]).all()
+        np.testing.assert_array_equal(found[2][name], found[1][name])
+    one, two = ([text.split(":")[0] for text in said[workers] if "shift " in text] for workers in said)
+    assert one == two
+    assert len(one) == (6 if rolls else 2)
+    compute.compute_shifts(file, "", RunOptions(2, Store(tmp_path / "2"), Watch(on_stage=said[2].append)))
+    assert sum("stored by an earlier run" in text for text in said[2]) == len(one)
+
+
 def test_alike_sides_are_solved_once():
     solved = Solved()
     with faked(solved.contact):
-        result = compute.compute_shifts(changed(right_wheel=None, shifts=(-1.0, 0.0, 1.0)))
+        result = compute.compute_shifts(changed(right_wheel=None, shifts=(-1.0, 0.0, 1.0)), options=ALONE)
     assert solved == [(-1.0, "left"), (-1.0, "right"), (0.0, "left")]
     mirrored = result.p_max.sel(shift=[1.0, 0.0, -1.0], side="right").values
     np.testing.assert_array_equal(result.p_max.sel(side="left").values, mirrored)
@@ -291,10 +321,12 @@ def test_alike_sides_roll_once_and_the_mirrored_wheelset_steers_to_the_other_sid
     solved = Solved()
     alike = changed(ROLLING, right_wheel=None, shifts=(-2.0, 0.0, 2.0))
     with faked(roll=solved.roll):
-        dataset = compute.compute_shifts(alike).sel(ics="Bhat")
+        dataset = compute.compute_shifts(alike, options=ALONE).sel(ics="Bhat")
         assert solved == [-2.0, 0.0]
         solved.clear()
-        compute.compute_shifts(changed(alike, rolling=RollingTable(friction=0.4, lateral=0.001)))
+        compute.compute_shifts(
+            changed(alike, rolling=RollingTable(friction=0.4, lateral=0.001)), options=ALONE
+        )
         assert solved == [-2.0, 0.0, 2.0]
     here, there = (dataset.sel(shift=shift) for shift in (2.0, -2.0))
     for name in ("F_x", "F_y", "estimate_F_x"):
@@ -312,12 +344,12 @@ def test_given_rolls_are_those_of_the_positions():
         return solved.contact(where, *rest)
 
     with faked(contact_at):
-        given = compute.compute_shifts(changed(S1002, rolls=(1.5, 1.5)))
+        given = compute.compute_shifts(changed(S1002, rolls=(1.5, 1.5)), options=ALONE)
         np.testing.assert_allclose(given["roll"], 1.5)
         assert len(set(solved)) == 4
         assert rolls == {0.0015}
         solved.clear()
-        compute.compute_shifts(changed(S1002, rolls=(-1.5, 1.5)))
+        compute.compute_shifts(changed(S1002, rolls=(-1.5, 1.5)), options=ALONE)
         assert len(solved) == 2  # the other two are mirror images
 
 
