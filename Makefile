@@ -109,6 +109,7 @@ bench: $(TOOLS)  ## seconds, memory and errors, for docs/evidence (an hour)
 	$(BIN)/python benchmarks/rolling_contact.py --record
 	$(BIN)/python benchmarks/small_contacts.py --record
 	$(BIN)/python benchmarks/track_geometry.py --record
+	$(BIN)/python benchmarks/commands.py --record
 	$(BIN)/python benchmarks/solid_engine.py --record
 	$(BIN)/python tools/write_docs.py
 

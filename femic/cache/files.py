@@ -6,11 +6,14 @@ other processes write it or this one is killed.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import json
+from collections.abc import Hashable, Iterator
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
 from uuid import uuid4
+
+import numpy as np
 
 from femic.lazy import lazy_imports
 from geometries.errors import Failure
@@ -53,6 +56,50 @@ def netcdf(dataset: xr.Dataset) -> bytes:
     with xr.backends.H5NetCDFStore.open(content, mode="w", lock=False) as file:
         dataset.dump_to_store(file)
     return content.getvalue()
+
+
+OLD_FORM = b"CDF"  # first bytes of NetCDF-3
+ORDER = "order_of_variables"  # attribute: these files have them by size
+SMALL = 16_000_000  # bytes of datasets that take this form, with values of these types or words
+SIMPLE = {np.dtype(kind) for kind in (np.float64, np.float32, np.int64, np.bool_)}
+
+
+def compact_netcdf(dataset: xr.Dataset) -> bytes:
+    """Return a NetCDF file; with a small dataset in the older form, which is read thirty times as fast."""
+    kinds = {variable.dtype for variable in dataset.variables.values() if variable.dtype.kind not in "UO"}
+    if dataset.nbytes < SMALL and kinds <= SIMPLE:
+        content = BytesIO()
+        file = xr.backends.ScipyDataStore(content, mode="w", format="NETCDF3_64BIT")
+        try:
+            dataset.assign_attrs({ORDER: json.dumps(list(dataset.data_vars))}).dump_to_store(file)
+            file.sync()
+            return content.getvalue()
+        except (KeyError, TypeError, ValueError):  # a list of words, or a number with more than 32 bits
+            pass
+    return netcdf(dataset)
+
+
+def read_netcdf(content: bytes) -> xr.Dataset:
+    """Return the dataset of a file of either form: whole numbers have 64 bits, and words are no objects."""
+    if not content.startswith(OLD_FORM):
+        return xr.load_dataset(BytesIO(content), engine="h5netcdf")
+    dataset = xr.load_dataset(BytesIO(content), engine="scipy")
+    for attributes in (dataset.attrs, *(variable.attrs for variable in dataset.variables.values())):
+        attributes.update({name: _as_usual(value) for name, value in attributes.items()})
+    wide = {"i": np.int64, "O": np.str_}
+    usual: dict[Hashable, tuple[object, ...]] = {
+        name: (variable.dims, variable.values.astype(wide[variable.dtype.kind]), variable.attrs)
+        for name, variable in dataset.variables.items()
+        if variable.dtype.kind in wide
+    }
+    order = json.loads(dataset.attrs.pop(ORDER))
+    return dataset.assign(usual)[order]
+
+
+def _as_usual(value: object) -> object:
+    """Return a value of an attribute with 64 bits, in this machine's order of bytes."""
+    kind = getattr(value, "dtype", np.dtype(object)).kind
+    return np.asarray(value).astype({"i": np.int64, "f": np.float64}[kind])[()] if kind in "if" else value
 
 
 def write_dataset(dataset: xr.Dataset, path: Path) -> Path:

@@ -22,7 +22,7 @@ from uuid import uuid4
 import numpy as np
 
 from femic.cache.digests import code_digest
-from femic.cache.files import netcdf
+from femic.cache.files import compact_netcdf, read_netcdf
 from femic.lazy import lazy_imports
 from geometries.arrays import Array
 
@@ -58,11 +58,11 @@ class Store:
 
     def get(self, key: str) -> xr.Dataset | None:
         """Return the entry of a key, None where there is no undamaged one."""
-        return self._read(f"{key}.nc", lambda content: xr.load_dataset(content, engine="h5netcdf"))
+        return self._read(f"{key}.nc", lambda content: read_netcdf(content.getvalue()))
 
     def put(self, key: str, entry: xr.Dataset) -> None:
         """Store an entry, and remove its parts, which are no longer needed."""
-        self._write(f"{key}.nc", lambda: netcdf(entry))
+        self._write(f"{key}.nc", lambda: compact_netcdf(entry))
         self._remove(f"{key}.parts")
 
     def part(self, key: str, name: str) -> Arrays | None:

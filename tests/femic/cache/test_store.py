@@ -46,6 +46,42 @@ def test_what_is_put_is_got(store):
     xr.testing.assert_identical(store.get(key), ENTRY)
 
 
+@pytest.mark.parametrize(
+    "entry",
+    [
+        xr.Dataset(
+            {
+                "real": (("i", "name"), np.arange(6.0).reshape(3, 2), {"units": "mm", "ends": [1.5, -2.5]}),
+                "whole": (("i",), np.array([-1, 2, 30000]), {"count": 7}),
+                "is_good": (("i",), np.array([True, False, True])),
+                "number": np.nan,
+                "none": (("empty",), np.zeros(0)),
+            },
+            coords={"name": ["A", "B̂"], "i": [0, 1, 4]},
+            attrs={"title": "µ, ±", "none": "", "share": 0.1, "several": np.arange(3)},
+        ),
+        xr.Dataset({"large": (("i",), np.array([2**40]))}),
+        xr.Dataset({"short": (("i",), np.arange(250, 256, dtype=np.uint8))}),
+        xr.Dataset({"u": (("i",), np.arange(2.0))}, attrs={"words": ["one", "two"]}),
+        xr.Dataset({"u": (("i",), np.zeros(2_100_000))}),
+    ],
+    ids=["all kinds", "64 bits", "8 bits", "words", "large"],
+)
+def test_entries_of_all_kinds_come_back_as_they_were(tmp_path, entry):
+    """Also types, for which small files of the older form have no place."""
+    store = Store(tmp_path)
+    store.put("key", entry)
+    found = store.get("key")
+    xr.testing.assert_identical(found, entry)
+    assert list(found.data_vars) == list(entry.data_vars)
+    assert {name: found[name].dtype for name in found.variables} == {
+        name: entry[name].dtype for name in entry.variables
+    }
+    for name, value in entry.attrs.items():
+        assert np.asarray(found.attrs[name]).dtype == np.asarray(value).dtype, name
+    assert all(variable.dtype.isnative for variable in found.variables.values())
+
+
 def test_keys_depend_on_all_that_determines_a_result_and_on_nothing_else():
     """Lines along x do not determine the responses."""
     asked = TASK.request
@@ -155,7 +191,7 @@ def test_folders_and_files_in_the_place_of_entries_are_replaced(tmp_path, caplog
 def test_unparsable_entries_are_logged_and_computed_again(tmp_path, caplog, monkeypatch):
     """Undamaged, and not what the library that reads it expects."""
     store = Store(tmp_path)
-    monkeypatch.setattr("femic.cache.store.netcdf", lambda _: b"no NetCDF")
+    monkeypatch.setattr("femic.cache.store.compact_netcdf", lambda _: b"no NetCDF")
     monkeypatch.setattr(np, "savez", lambda buffer, **_: buffer.write(b"no archive"))
     store.put("key", ENTRY)
     store.put_part("key", "part", {"u": np.eye(2)})

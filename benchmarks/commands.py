@@ -1,0 +1,83 @@
+"""Benchmark of commands as a user gives them (docs/evidence/performance.md).
+
+    python benchmarks/commands.py [--record]   # six minutes
+
+Seconds of the clock from the command to the page: in an empty folder, and again with what the first run has
+stored.
+"""
+
+import subprocess
+import sys
+import tempfile
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from time import perf_counter
+
+import tomlkit
+from tables import Record, arguments, print_table
+
+from femic.shifts.specification import example
+
+SHIFTS = [-6.0, -4.5, -3.0, -1.5, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+ALIKE = ["A", "Bhat"]
+
+
+def shifts_file(folder: Path) -> Path:
+    """Write the built-in pair at eleven shifts, with friction and without C."""
+    tables = tomllib.loads(example("s1002-on-60e1"))
+    tables["shifts"], tables["contact"]["ics"] = SHIFTS, ALIKE
+    del tables["contact"]["c_above_deg"]
+    return written(folder / "shifts.toml", tables)
+
+
+def contact_file(folder: Path) -> Path:
+    """Write the built-in scene `tall` with A and B-hat."""
+    shown = subprocess.run(
+        [*FEMIC, "scenes", "--show", "tall"], check=True, capture_output=True, text=True
+    ).stdout
+    tables = tomllib.loads(shown)
+    tables["contact"]["ics"] = ALIKE
+    return written(folder / "tall.toml", tables)
+
+
+def written(path: Path, tables: dict[str, object]) -> Path:
+    path.write_text(tomlkit.dumps(tables), encoding="utf-8")
+    return path
+
+
+FEMIC = (sys.executable, "-m", "femic")
+
+
+def seconds(command: str, file: str, folder: Path) -> float:
+    """Return the seconds of a command."""
+    start = perf_counter()
+    subprocess.run([*FEMIC, command, file, "--out", str(folder / "out")], check=True, capture_output=True)
+    return perf_counter() - start
+
+
+def rows() -> Iterator[list[str]]:
+    with tempfile.TemporaryDirectory() as name:
+        given = Path(name)
+        for text, command, file in (
+            ("`femic run geometry1`, with the check by the other engine", "run", "geometry1"),
+            ("`femic contact`, scene `tall`, three loads, A and B̂", "contact", str(contact_file(given))),
+            ("`femic shifts`, 11 shifts, A, B̂, planar, with friction", "shifts", str(shifts_file(given))),
+        ):
+            with tempfile.TemporaryDirectory() as folder:
+                first, again = (seconds(command, file, Path(folder)) for _ in range(2))
+            yield [text, f"{first:.0f}", f"{again:.0f}"]
+
+
+if __name__ == "__main__":
+    arguments()
+    print_table(
+        ("command", "first [s]", "again [s]"),
+        rows(),
+        record=Record(
+            "commands.seconds",
+            "Commands",
+            "Seconds of the clock until the page is written; again: with what is stored.",
+            "python benchmarks/commands.py",
+        ),
+    )
