@@ -5,12 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femic.contact.estimates import ROUNDING, Measured, Scale, floors, from_grids, readings
+from femic.contact.estimates import ROUNDING, floors, from_grids, readings
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
 from femic.contact.pairs.quantities import main_patch
-from femic.damage import estimates
 from femic.damage.estimates import FOLLOW, RollingSolution, estimate_errors
 from femic.damage.fatigue import (
     nearest_aspect,
@@ -38,29 +37,6 @@ LOAD, LIMIT, YIELD = Loading(POINT.load), 0.3 * POINT.load, 300.0
 SIZE, FINER = (32, 36), (64, 72)
 LAW = EnergyLaw(transition=1e9)
 SIDEWAYS = Creepages(-1e-3, 5e-4, 1e-4)
-
-
-def test_utilised_friction_is_as_uncertain_as_its_forces():
-    """|F| over load: without an error of the forces none; with them that of the longest vector."""
-    fine = Measured(
-        {"F_x": 3.0, "F_s": -4.0, "utilised_friction": 0.05}, {"longitudinal": Scale(1.0, 100.0)}, {}
-    )
-    for change in (0.0, 2.0):
-        known = estimates._derive_errors(None, fine, {"F_x": change, "F_s": 0.0})
-        assert known["utilised_friction"] == pytest.approx((np.hypot(3.0 + change, 4.0) - 5.0) / 100.0)
-
-
-def test_the_shakedown_limit_changes_with_longer_and_with_shorter_patches(monkeypatch):
-    """By the accuracy of edges, to either side: the larger change counts, here towards one side only."""
-    wheel = wheel_on(paraboloids(16, 18))
-    contact = wheel.contact(SIDEWAYS, LOAD).contact
-    share = np.linalg.norm(list(readings(main_patch(contact)).values()))
-    aspect = patch_aspect(contact)
-    numbers = {"shakedown_limit": aspect, "utilised_friction": 0.1}
-    monkeypatch.setattr(estimates, "nearest_aspect", float)
-    for pick, expected in ((max, share), (min, share / (1 + share))):
-        monkeypatch.setattr(estimates, "shakedown_limit", lambda _, other, pick=pick: pick(other, aspect))
-        assert estimates._change_with_aspect(contact, numbers) == pytest.approx(expected)
 
 
 def work(solution):

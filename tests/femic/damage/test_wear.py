@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from femic.cli.main import WRONG_INPUT, exit_code
-from femic.contact.exact.hertz import combined_modulus
 from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
 from femic.contact.pairs.pair_on_grid import PairOnGrid
@@ -203,22 +202,6 @@ def test_scattered_places_allow_larger_steps_which_do_not_oscillate():
     s = wheel.rolling.s
     assert np.all(np.diff(gap[s < 0]) >= 0)
     assert np.all(np.diff(gap[s > 0]) <= 0)
-
-
-def test_factors_of_ripples_are_those_of_waves_on_a_half_space():
-    """Stiffness is E* pi^2 / (8 G ds) from strip to strip, and E* k / 2 of a wave k, less where averaged."""
-    wheel, spread = flat(14, 40, room=(1.8, 4.4)), 0.5
-    first = next(wear_contact(driven(wheel), steps(1, 1.0, 0.0)))
-    sliding, grid = first.sliding, wheel.problem.grid
-    pressed = sliding.pressure > 0
-    rates = np.divide(LAW.rate(sliding), sliding.pressure, out=np.zeros(pressed.shape), where=pressed)
-    worn_per_stiffness = grid.dx * np.max(np.sum(rates, axis=0))
-    modulus = combined_modulus(*STEELS)
-    k = np.linspace(0.0, 10 / spread, 100001)
-    smoothed = np.max(k / 2 * np.exp(-((k * spread) ** 2) / 2))
-    sharp = np.pi**2 / (8 * 0.915965594177219 * grid.ds)  # Catalan's constant
-    expected = modulus * worn_per_stiffness * np.array([sharp, smoothed])
-    np.testing.assert_allclose(ripple_factors(wheel, 0.0, spread), expected, rtol=1e-6)
 
 
 @pytest.mark.parametrize("side", [-10, 10])

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from femic.stresses.engine import NEARER, SectionUnderWaves, StressSettings, stress_field
+from femic.stresses.engine import StressSettings, stress_field
 from femic.stresses.field import in_section_axes
 from femic.stresses.points import InnerPoints, SurfaceTractions, merged, points_at
-from femic.stresses.resolution import Resolution
 from femic.stresses.waves import Spectra, strain
 from geometries.errors import WrongInput
 from tests.femic.stresses.samples import (
@@ -71,17 +70,6 @@ def test_a_plane_through_the_body_carries_the_force():
         ]
     )
     np.testing.assert_allclose(below, -applied, atol=5e-3 * np.max(np.abs(applied)))
-
-
-def test_a_nearer_far_arc_changes_stresses_within_it_only():
-    """Beyond it there is no second body, and no change is said."""
-    body, tractions = curved(-1), unsymmetric(grid_of(8, 10, 1.5, 4.0), 1.4, 3.5)
-    depths = NEARER * body.domain.far_radius * np.array([0.2, 0.6, 0.9, 1.1, 1.5])
-    section = SectionUnderWaves.mesh(body, tractions, Resolution.at_fineness(0.2))
-    change = section.far_arc_change(section_points([0.0], depths), 1)[0]
-    largest = np.max(np.abs(change), axis=(-2, -1))
-    assert np.all(largest[:3] > 0)
-    assert np.all(largest[3:] == 0)
 
 
 @pytest.mark.slow
