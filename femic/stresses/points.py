@@ -141,7 +141,6 @@ def _require(valid: Mask, points: InnerPoints, reason: str) -> None:
 # --- tractions on its surface ---
 
 REACH = 2  # elements from the edge of the tractions, within which its root matters
-AROUND = REACH + 1  # elements without tractions around the grid
 BLOCK = np.ones((2 * REACH + 1, 2 * REACH + 1), dtype=bool)
 
 
@@ -181,11 +180,11 @@ class SurfaceTractions:
     def beside_edge(self, x: Array, s: Array, depth: Array) -> Mask:
         """Return which points (...) are within two elements, and as deep, of where tractions end."""
         grid, loaded = self.grid, np.any(self.p != 0, axis=-1)
-        wide = np.pad(loaded, AROUND)
+        wide = np.pad(loaded, REACH)
         edge = binary_dilation(wide, BLOCK) & ~binary_erosion(wide, BLOCK)
         low_x, low_s = self.edges[0][0], self.edges[1][0]
         at = [
-            np.floor((along - low) / side).astype(int) + AROUND
+            np.floor((along - low) / side).astype(int) + REACH
             for along, low, side in ((x, low_x, grid.dx), (s, low_s, grid.ds))
         ]
         within = np.all([(k >= 0) & (k < n) for k, n in zip(at, edge.shape, strict=True)], axis=0)

@@ -259,6 +259,53 @@ def test_the_shakedown_limit_is_known_to_the_aspect_alone_where_friction_is_know
     assert change < errors["shakedown_limit"] < 3 * change
 
 
+@pytest.mark.parametrize(
+    ("radii", "factors"), [((20.0, 20.0), (-1, 1)), ((10.0, 400.0), (1,)), ((400.0, 10.0), (-1,))]
+)
+def test_the_aspect_of_a_patch_may_be_larger_or_smaller(radii, factors):
+    """Here utilised friction is known better. At an end of the map the aspect changes to one side only."""
+    hertz = PointContact(*1 / np.array(radii), combined_modulus(*STEELS)).at_load(POINT.load)
+    grid = Grid(16, 16, 3.4 * hertz.a / 16, 3.4 * hertz.b / 16)
+    distance = x_of(grid)[:, None] ** 2 / 2 / radii[0] + grid.strips**2 / 2 / radii[1]
+    own = at_creepages(wheel_on(on_half_spaces(grid, distance, friction=0.1)), Creepages(0.1))
+    numbers, errors = estimate_errors(replace(own, larger=(own, own)), shakedown)
+    aspect, utilised = patch_aspect(own.contact), numbers["utilised_friction"]
+    share = np.hypot(*readings(main_patch(own.contact)).values())  # of independent lengths and widths
+    frictions = utilised + errors["utilised_friction"] * np.array([-1, 1])
+    limits = [shakedown_limit(utilised, one) for one in aspect * (1 + share) ** np.array(factors)]
+    by_aspect, by_friction = (
+        np.max(np.abs(changed - numbers["shakedown_limit"]))
+        for changed in (np.array(limits), shakedown_limit(frictions, aspect))
+    )
+    rounding = 2 * ROUNDING * numbers["shakedown_limit"]
+    assert errors["shakedown_limit"] == pytest.approx(np.hypot(by_aspect, by_friction), abs=rounding)
+    assert by_aspect > by_friction
+
+
+def test_utilised_friction_is_known_to_the_largest_change_by_errors_of_both_forces():
+    """Over all their signs; to the error of the lateral force alone where the longitudinal one is given."""
+
+    def forces(solution):
+        F_x, F_s = (np.sum(solution.contact.p[..., k]) * solution.problem.problem.grid.area for k in (0, 1))
+        return {"F_x": F_x, "F_s": F_s, "utilised_friction": utilised_friction(solution.contact)}
+
+    free = at_creepages(wheel_on(paraboloids(16, 18)), SIDEWAYS)
+    found = []
+    for own in (free, replace(free, slope=1.0)):
+        numbers, errors = estimate_errors(replace(own, larger=(own, own)), forces)
+        changed = [
+            np.hypot(numbers["F_x"] + one * errors["F_x"], numbers["F_s"] + other * errors["F_s"])
+            / POINT.load
+            for one in (-1, 1)
+            for other in (-1, 1)
+        ]
+        largest = np.max(np.abs(np.array(changed) - numbers["utilised_friction"]))
+        assert errors["utilised_friction"] == pytest.approx(largest, rel=1e-6)
+        found.append(errors)
+    assert found[1]["F_x"] < 1.01 * ROUNDING * POINT.load < found[0]["F_x"]
+    assert found[0]["utilised_friction"] > found[1]["utilised_friction"] > 0
+
+
 def test_changed_ics_add_at_least_their_change():
     solve, bodies = random_rolling(3)
     own = solved(solve, bodies(*SIZE))

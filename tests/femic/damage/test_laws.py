@@ -83,6 +83,31 @@ def test_regions_of_archards_map(velocity, pressure, k):
     )
 
 
+# ---- at their borders
+
+
+def test_power_density_at_its_transition_is_severe():
+    """The transition is the power density from which on wear is severe: 64 MPa x 2^-7 x 8 m/s."""
+    law = EnergyLaw(transition=4.0)
+    assert rate(law, 64.0, 2.0**-7, speed=8.0) == law.severe * 0.5 / law.density * 1e-3
+
+
+def test_discs_at_a_transition_are_severe():
+    law = TwinDiscLaw(mild=3.0, severe=20.0, catastrophic=7.0, transitions=(8.0, 64.0))
+    below, at_first, at_second = law.mass(np.array([np.nextafter(8.0, 0.0), 8.0, 64.0]))
+    assert below == pytest.approx(24.0)
+    assert at_first == at_second == 20.0
+
+
+def test_archards_map_at_a_border():
+    """Slow below the first velocity, fast above the second one; seizure where pressure exceeds its share."""
+    law = ArchardMap(slow=1.0, middle=2.0, fast=3.0, seizure=4.0, hardness=4096.0, pressure_share=0.5)
+    first, second = law.velocities
+    velocity = np.array([np.nextafter(first, 0.0), first, second, np.nextafter(second, np.inf)])
+    np.testing.assert_array_equal(law.coefficient(velocity, np.array(2048.0)), [1, 2, 2, 3])
+    np.testing.assert_array_equal(law.coefficient(velocity, np.nextafter(2048.0, np.inf)), 4)
+
+
 # ---- all laws
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from femic.cli.main import WRONG_INPUT, exit_code
+from femic.contact.exact.hertz import combined_modulus
 from femic.contact.friction.motion import Creepages
 from femic.contact.loading import Loading
 from femic.contact.pairs.pair_on_grid import PairOnGrid
@@ -190,6 +191,30 @@ def ripple_factors(wheel, *spreads):
     return [
         ripple_factor(first.rolling.contact, first.sliding, steps(1, 1.0, 0.0, spread=one)) for one in spreads
     ]
+
+
+def test_a_ripple_is_as_stiff_as_half_spaces_of_their_combined_modulus():
+    """On elements of any shape: pi^2 E* / (8 G ds), G Catalan's constant, for the longest row that slides."""
+    for n_x, n_s in ((30, 12), (12, 30)):
+        wheel, friction, creepage = flat(n_x, n_s), 0.3, 0.05
+        first = next(wear_contact(driven(wheel, creepage), steps(1, 2.0, 1.0)))
+        factor = ripple_factor(first.rolling.contact, first.sliding, steps(1, 2.0, 1.0))
+        grid = first.sliding.grid
+        length = grid.dx * np.max(np.sum(first.sliding.pressure > 0, axis=0))
+        per_pressure = 0.7 / STEEL_DENSITY * 1e-3 * friction * creepage * length
+        stiffness = np.pi**2 * combined_modulus(*STEELS) / (8 * 0.915965594177219 * grid.ds)
+        assert factor == pytest.approx(3.0 * stiffness * per_pressure, rel=1e-3)
+
+
+def test_scattered_places_leave_the_stiffest_wave():
+    """The largest E* kappa / 2 exp(-(kappa spread)^2 / 2) of all wavenumbers kappa over that of ripples."""
+    wheel = flat(14, 40, room=(1.8, 4.4))
+    alone, large, larger = ripple_factors(wheel, 0.0, 0.5, 0.8)
+    kappa = np.linspace(0.0, 10.0, 20001)
+    for spread, found in ((0.5, large), (0.8, larger)):
+        wave = np.max(kappa / 2 * np.exp(-((kappa * spread) ** 2) / 2))
+        ripple = np.pi**2 / (8 * 0.915965594177219 * wheel.problem.grid.ds)
+        assert found / alone == pytest.approx(wave / ripple, rel=1e-6)
 
 
 def test_scattered_places_allow_larger_steps_which_do_not_oscillate():

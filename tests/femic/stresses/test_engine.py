@@ -7,9 +7,17 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from femic.stresses.engine import StressSettings, stress_field
+from femic.stresses.engine import (
+    BESIDE,
+    FEWEST_BESIDE,
+    SectionUnderWaves,
+    StressSettings,
+    stress_field,
+    strip_blocks,
+)
 from femic.stresses.field import in_section_axes
 from femic.stresses.points import InnerPoints, SurfaceTractions, merged, points_at
+from femic.stresses.resolution import Resolution
 from femic.stresses.waves import Spectra, strain
 from geometries.errors import WrongInput
 from tests.femic.stresses.samples import (
@@ -162,6 +170,68 @@ def test_no_tractions_cause_no_stresses():
         flat(-1), SurfaceTractions(grid, np.zeros((4, 3, 3))), section_points([0.0], [0.0, 1.0]), QUICK
     )
     assert np.all(field.stress == 0)
+
+
+# ---- how finely a body is modelled
+
+
+@pytest.mark.parametrize("fineness", [0.1, 0.5, 2.0, 10.0])
+def test_cells_and_waves_follow_the_fineness(fineness):
+    """As many cells, and as small a spacing of waves, as it says; coarser where the largest wave is, too."""
+    default, resolution = Resolution.at_fineness(1.0), Resolution.at_fineness(fineness)
+    assert resolution.cells == pytest.approx(fineness * default.cells)
+    assert resolution.spacing == pytest.approx(default.spacing / fineness)
+    assert resolution.largest == pytest.approx(min(1.0, fineness) * default.largest)
+    assert (resolution.growth < default.growth) == (fineness > 1)
+
+
+@pytest.mark.parametrize("fineness", [0.5, 1.0, 2.0])
+def test_a_coarser_resolution_has_cells_twice_as_large_and_fewer_waves(fineness):
+    """By the same factor in their spacing and in the largest one."""
+    resolution = Resolution.at_fineness(fineness)
+    coarser = resolution.coarser
+    assert coarser.cells == resolution.cells / 2
+    assert coarser.spacing / resolution.spacing == pytest.approx(resolution.largest / coarser.largest)
+    assert coarser.spacing > resolution.spacing
+    assert coarser.growth == resolution.growth
+
+
+@pytest.mark.parametrize("fineness", [0.0999, 10.001, np.nan])
+def test_a_fineness_out_of_range_is_refused(fineness):
+    with pytest.raises(WrongInput, match=r"fineness = .*: must lie in 0\.1 \.\.\. 10;"):
+        Resolution.at_fineness(fineness)
+
+
+@pytest.mark.parametrize("n_s", [1, 3, 7, 24, 100])
+@pytest.mark.parametrize("cells", [3.2, 16.0, 32.0, 320.0])
+def test_blocks_are_equal_groups_or_parts_of_strips_over_the_loaded_width_and_beside_it(n_s, cells):
+    grid = grid_of(4, n_s, 1.0, 1.5, s=0.4)
+    blocks = strip_blocks(grid, cells)
+    size, (low, high) = blocks[0, 1] - blocks[0, 0], grid.extent
+    np.testing.assert_allclose(np.ptp(blocks, axis=1), size)
+    np.testing.assert_array_equal(blocks[1:, 0], blocks[:-1, 1])
+    together = size / grid.ds
+    assert max(together, 1 / together) == pytest.approx(round(max(together, 1 / together)))
+    beside = max(FEWEST_BESIDE, round(BESIDE * n_s)) * grid.ds
+    assert blocks[0, 0] == pytest.approx(low - beside)
+    assert high + beside - 1e-9 < blocks[-1, 1] < high + beside + max(size, grid.ds)
+    assert 2 / 3 <= (high - low) / size / cells <= 3 / 2
+
+
+def test_a_nearer_far_arc_is_a_smaller_body_and_beyond_it_nothing_changes():
+    """Within half the radius as a body of that radius, meshed anew, to a quarter of the largest change."""
+    tractions = unsymmetric(grid_of(5, 6, 1.5, 2.0), 1.4, 1.8)
+    points = InnerPoints(0.25, np.array([0.5, -3.0, 0.5, 0.5]), np.array([10.0, 6.0, 14.9, 15.1]))
+    inner = InnerPoints(points.x[:2], points.s[:2], points.depth[:2])
+    whole, near = (
+        SectionUnderWaves.mesh(flat(-1, far_radius=radius), tractions, Resolution.at_fineness(0.4))
+        for radius in (30.0, 15.0)
+    )
+    change = whole.far_arc_change(points, 1)
+    expected = near.long_waves(inner, 1)[1] - whole.long_waves(inner, 1)[1]
+    np.testing.assert_allclose(change[:2], expected, atol=0.25 * np.max(np.abs(expected)))
+    assert np.any(change[2] != 0)
+    assert np.all(change[3] == 0)
 
 
 # ---- waves of tractions and strains of sections

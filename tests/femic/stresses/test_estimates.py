@@ -98,3 +98,13 @@ def test_places_beside_the_edge():
         True,
     ]
     assert not tractions.beside_edge(x, np.zeros(10), np.full(10, 2.1)).any()
+
+
+def test_beyond_a_grid_that_is_full_places_are_beside_the_edge_for_two_elements_more():
+    """Whether they lie before its first element or behind its last one; the middle of the grid is not."""
+    tractions = SurfaceTractions(Grid(7, 7, 1.0, 1.0, 0.0), np.ones((7, 7, 3)))
+    along = np.array([-6.1, -5.9, -5.4, -3.6, -1.4, 0.0, 1.4, 3.6, 5.4, 5.9, 6.1, 90.0])
+    beside = (np.abs(along) > 1.5) & (np.abs(along) < 5.5)  # the grid ends at 3.5
+    zeros = np.zeros_like(along)
+    np.testing.assert_array_equal(tractions.beside_edge(along, zeros, zeros), beside)
+    np.testing.assert_array_equal(tractions.beside_edge(zeros, along, zeros), beside)

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from femic.stresses.engine import stress_field
+from femic.stresses.near_surface import sample_centres, sample_points
 from femic.stresses.points import InnerPoints, points_at, require_inside
 from geometries.bodies import Body, Domain
 from geometries.contours import arc
 from geometries.errors import WrongInput
 from geometries.outlines import SectionOutline
+from geometries.patches import Grid
 from tests.femic.stresses.samples import SIDES, STEEL, curved, flat, grid_of, section_points, unsymmetric
 
 BLOCK = Body(
@@ -82,3 +84,63 @@ def test_a_point_in_the_air_is_refused_by_coordinates_and_by_fields_too():
         points_at(BLOCK, 0.0, 30.0, -30.0)
     with pytest.raises(WrongInput, match="above the surface"):
         stress_field(flat(-1), unsymmetric(grid_of(4, 3, 1.0, 1.0), 1.0, 1.0), InnerPoints(0.0, 0.0, [-1.0]))
+
+
+# ---- samples near the surface
+
+
+def test_parabolas_are_continued_to_the_surface_and_cubics_that_vanish_there_between():
+    """Exactly, below and above the trusted depth, where points are their own samples."""
+    depth = np.array([[0.0, 0.02, 0.3], [0.69, 0.7, 5.0]])
+    samples = sample_points(InnerPoints(1.5, -2.0, depth), 0.7)
+
+    def fields(z):
+        parabola, cubic = 3 - z + 0.4 * z**2, z * (2 + z - 0.3 * z**2)
+        return np.stack([parabola, cubic], axis=-1)
+
+    extended = samples.extend(fields(samples.points.depth), np.array([False, True]))
+    np.testing.assert_allclose(extended, fields(depth), rtol=1e-13, atol=1e-13)
+    assert np.min(samples.points.depth) == 0.7
+
+
+@pytest.mark.parametrize("along_x", [True, False])
+def test_between_centres_of_elements_bilinear_fields_are_themselves(along_x):
+    """At all depths, on the grid and beyond it; without `along_x`, any field of x."""
+    random = np.random.default_rng(3)
+    x, s = random.uniform(-3, 3, 40), random.uniform(-3, 3, 40)
+    depth = np.repeat([0.0, 0.2, 0.3, 0.5, 2.0], 8)
+    samples = sample_centres(Grid(5, 6, 0.4, 0.3, 0.7), InnerPoints(x, s, depth), along_x=along_x)
+
+    def field(x, s, depth):
+        return (2 + (x if along_x else np.sin(9 * x))) * (3 - s) * np.cos(depth)
+
+    points = samples.points
+    values = samples.at_points(field(points.x, points.s, points.depth))
+    np.testing.assert_allclose(values, field(x, s, depth), rtol=1e-9)
+
+
+@pytest.mark.parametrize("along_x", [True, False])
+def test_samples_lie_below_centres_near_the_surface_and_at_the_points_deeper(along_x):
+    """As deep as half of an element, and as deep as an element: 0.4 along x, 0.3 along s; in any unit."""
+    side = 0.4 if along_x else 0.3
+    for unit in (1.0, 1e-3, 1e3):
+        grid = Grid(5, 6, unit * 0.4, unit * 0.3, unit * 0.7)
+
+        def samples(depth, unit=unit, grid=grid):
+            points = InnerPoints(unit * 0.13, unit * 0.77, unit * np.array([depth]))
+            return sample_centres(grid, points, along_x=along_x)
+
+        for depth in (0.0, 0.1, 0.5 * side):
+            near = samples(depth)
+            assert np.all(near.on_lattice)
+            x, s = np.unique(near.points.x / unit), np.unique(near.points.s / unit)
+            np.testing.assert_allclose(x, [0.0, 0.4] if along_x else [0.13], atol=1e-9)
+            np.testing.assert_allclose(s, [0.55, 0.85])
+            assert near.shares[0, -1] == pytest.approx(0.0, abs=1e-12)
+        half = samples(0.75 * side)  # of the values by the smooth step
+        assert half.shares[0, -1] == pytest.approx(0.5)
+        for depth in (1.0001 * side, 3.0):
+            deep = samples(depth)
+            assert not np.any(deep.on_lattice)
+            np.testing.assert_array_equal(deep.shares[0], [0, 0, 0, 0, 1])
+            np.testing.assert_allclose([deep.points.x[0], deep.points.s[0]], [unit * 0.13, unit * 0.77])
