@@ -5,7 +5,7 @@ import pytest
 
 from femic.stresses.engine import stress_field
 from femic.stresses.near_surface import sample_centres, sample_points
-from femic.stresses.points import InnerPoints, points_at, require_inside
+from femic.stresses.points import InnerPoints, SurfaceTractions, merged, points_at, require_inside
 from geometries.bodies import Body, Domain
 from geometries.contours import arc
 from geometries.errors import WrongInput
@@ -144,3 +144,32 @@ def test_samples_lie_below_centres_near_the_surface_and_at_the_points_deeper(alo
             assert not np.any(deep.on_lattice)
             np.testing.assert_array_equal(deep.shares[0], [0, 0, 0, 0, 1])
             np.testing.assert_allclose([deep.points.x[0], deep.points.s[0]], [unit * 0.13, unit * 0.77])
+
+
+# ---- tractions on elements
+
+
+def test_elements_lie_side_by_side_about_their_centres():
+    tractions = unsymmetric(grid_of(7, 10, 1.5, 2.0, s=0.3), 1.4, 1.8)
+    grid = tractions.grid
+    for edges, centres, side in zip(
+        tractions.edges, (tractions.x, grid.strips), (grid.dx, grid.ds), strict=True
+    ):
+        np.testing.assert_allclose(np.diff(edges), side, rtol=1e-12)
+        np.testing.assert_allclose((edges[1:] + edges[:-1]) / 2, centres, atol=1e-12)
+
+
+@pytest.mark.parametrize("sizes", [(8, 6), (9, 6), (8, 7), (9, 7)])
+def test_merged_tractions_are_means_of_four_and_carry_the_same_force(sizes):
+    grid = Grid(*sizes, 0.5, 0.4, 0.1)
+    p = np.random.default_rng(0).normal(size=(*sizes, 3))
+    large = merged(SurfaceTractions(grid, p))
+    assert (large.grid.dx, large.grid.ds) == (1.0, 0.8)
+    assert large.grid.extent[0] == pytest.approx(grid.extent[0])
+    force, before = (np.sum(p, axis=(0, 1)) * grid.area for p, grid in ((large.p, large.grid), (p, grid)))
+    np.testing.assert_allclose(force, before, rtol=1e-12)
+    if sizes[0] % 4 == 0:  # blocks begin at an edge of the grid
+        blocks = p[:2, :2].mean(axis=(0, 1)), p[2:4, 2:4].mean(axis=(0, 1))
+        np.testing.assert_allclose([large.p[0, 0], large.p[1, 1]], blocks, rtol=1e-12)
+    one = merged(SurfaceTractions(grid, np.ones((*sizes, 3)))).p
+    np.testing.assert_allclose(one[1:-1, :-1], 1.0, rtol=1e-12)
