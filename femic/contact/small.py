@@ -204,7 +204,7 @@ def _announce_compiling() -> None:
     remove_damaged(folder, source.stem)
     stored = [path.stat().st_mtime for path in folder.glob(f"{source.stem}.{newton.__name__}-*.nbi")]
     if max(stored, default=0.0) < source.stat().st_mtime:
-        log.warning("the solver of small contacts is compiled, once on this computer: about a minute")
+        log.warning("the solver of small contacts is compiled, once on this computer: one to two minutes")
 
 
 def remove_damaged(folder: Path, module: str) -> None:
