@@ -37,6 +37,7 @@ def test_between_points_a_paraboloid_rises_to_its_top():
 def test_at_the_end_of_an_axis_nothing_rises():
     axes = np.linspace(0, 1, 5), np.linspace(-1, 1, 4)
     x, y = np.meshgrid(*axes, indexing="ij")
-    assert rise_between(4 - x - y, axes) == 0.0
+    for values in (4 - x - y, 4 + x - y, 4 - x + y, 4 + x + y):
+        assert rise_between(values, axes) == 0.0
     assert rise_between(4 - x - (y - 0.3) ** 2, axes) == pytest.approx((1 / 3 - 0.3) ** 2, rel=1e-9)
     assert rise_between(np.zeros((5, 4)), axes) == 0.0
