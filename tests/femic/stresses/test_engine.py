@@ -182,7 +182,11 @@ def test_cells_and_waves_follow_the_fineness(fineness):
     assert resolution.cells == pytest.approx(fineness * default.cells)
     assert resolution.spacing == pytest.approx(default.spacing / fineness)
     assert resolution.largest == pytest.approx(min(1.0, fineness) * default.largest)
-    assert (resolution.growth < default.growth) == (fineness > 1)
+
+
+def test_cells_that_are_four_times_as_fine_grow_half_as_fast_and_coarser_ones_no_faster():
+    tenth, whole, four = (Resolution.at_fineness(fineness).growth for fineness in (0.1, 1.0, 4.0))
+    assert tenth == whole == pytest.approx(2 * four)
 
 
 @pytest.mark.parametrize("fineness", [0.5, 1.0, 2.0])

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from femic.stresses.field import mean_stress, principal_values, rise_between, tresca, von_mises
+from femic.stresses.half_space import half_space_field
+from tests.femic.stresses.samples import flat, grid_of, section_points, unsymmetric
 
 
 def rotation(seed):
@@ -37,6 +39,13 @@ def test_between_points_a_paraboloid_rises_to_its_top():
 def test_at_the_end_of_an_axis_nothing_rises():
     axes = np.linspace(0, 1, 5), np.linspace(-1, 1, 4)
     x, y = np.meshgrid(*axes, indexing="ij")
-    assert rise_between(4 - x - y, axes) == 0.0
+    for values in (4 - x - y, 4 + x - y, 4 - x + y, 4 + x + y):
+        assert rise_between(values, axes) == 0.0
     assert rise_between(4 - x - (y - 0.3) ** 2, axes) == pytest.approx((1 / 3 - 0.3) ** 2, rel=1e-9)
     assert rise_between(np.zeros((5, 4)), axes) == 0.0
+
+
+def test_a_field_of_closed_form_has_an_estimated_error_of_0():
+    tractions = unsymmetric(grid_of(4, 3, 1.0, 1.0), 1.0, 1.0)
+    field = half_space_field(flat(-1), tractions, section_points([0.0, 0.5], [0.0, 1.0, 2.0]))
+    np.testing.assert_array_equal(np.broadcast_to(field.estimate, field.points.shape), np.zeros((2, 3)))
