@@ -345,6 +345,7 @@ def solve_frictional(
 def _find(
     contact: SmallContact, work: Work, loading: Loading, start: Guess | None, tolerance: float
 ) -> Found | None:
+    """Return the contact in arrays that have its surfaces and its motion."""
     load, approach = _given(contact, loading)
     amplitudes = work.small[at.C]
     if start is not None:
