@@ -39,8 +39,9 @@ TINY = 1e-150
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 Floats = NDArray[np.floating[Any]]  # of single or double precision
-Pair = tuple[int, int]
-Triple = tuple[int, int, int]
+Whole = int | np.int64
+Pair = tuple[Whole, Whole]
+Triple = tuple[Whole, Whole, Whole]
 
 
 def compiled(function: Function) -> Function:
@@ -82,7 +83,11 @@ FIXED, A, M, FIRST, LAST, LOW, BEGIN, K_GIVEN = 8, 9, 10, 11, 12, 13, 14, 15
 COMPLIANCE, SCALE, BY_LENGTH, PEAK = 0, 1, 2, 3
 # small arrays (rows, k): amplitudes with the approach [mm] last, forces, targets; then matrices
 C, UNIT_FORCES, TARGETS, CAUSED, MATRICES = 0, 1, 2, 3, 4
-ALONE = 10  # place of kernels
+# Numba compiles a function anew for each whole number or bool that is written in a call, but not for those of
+# NumPy: places of kernels, directions of products, and whether `invert` has forces
+NONE, YES, NO = np.int64(0), np.bool_(True), np.bool_(False)
+TWO, THREE = np.int64(2), np.int64(3)
+ALONE, ALL, TANGENTIAL, NORMAL = (np.int64(10), NONE), (NONE, THREE), (NONE, TWO), (TWO, THREE)
 
 
 class Products(NamedTuple):
@@ -238,8 +243,8 @@ def press(w: Work, load: float, approach: float, tolerance: float) -> tuple[floa
     steps, by_steps = fields[STEP : STEP + 1], fields[BY_STEP : BY_STEP + 1]
     active, was_active = w.whole[ACTIVE], w.whole[WAS_ACTIVE]
     n_x, n_s = h.shape
-    by_load, total, one, everywhere = not np.isnan(load), 0.0, (N, N + 1), (0, 0, n_s)
-    operator, ring = (w.settings[OPERATOR], w.settings[STRIDE]), (w.settings[RING] - N, 0)
+    by_load, total, everywhere = not np.isnan(load), 0.0, (NONE, NONE, n_s)
+    operator, ring = (w.settings[OPERATOR], w.settings[STRIDE]), (w.settings[RING] - N, NONE)
     for x in range(n_x):
         for s in range(n_s):
             p[x, s] = max(p[x, s], 0.0) if h[x, s] < np.inf else 0.0
@@ -249,14 +254,14 @@ def press(w: Work, load: float, approach: float, tolerance: float) -> tuple[floa
             step[x, s] = 0.0
     if total == 0.0:
         if not by_load:
-            multiply(w.exact, lefts, inverses, ring, one, one, everywhere, everywhere)
+            multiply(w.exact, lefts, inverses, ring, NORMAL, NORMAL, everywhere, everywhere)
         for x in range(n_x):
             for s in range(n_s):
                 pressure = 1.0 if by_load else max(inverse[x, s], 0.0)
                 p[x, s] = pressure if h[x, s] < np.inf else 0.0
     if by_load:
         scale(w, load)
-    multiply(w.exact, pressures, displacements, operator, one, one, everywhere, everywhere)
+    multiply(w.exact, pressures, displacements, operator, NORMAL, NORMAL, everywhere, everywhere)
     products, zeta = 1, approach
     for iteration in range(MOST_ITERATIONS + 1):
         if by_load:
@@ -280,7 +285,7 @@ def press(w: Work, load: float, approach: float, tolerance: float) -> tuple[floa
             for x in range(n_x):
                 for s in range(n_s):
                     residual[x, s] = cosine[x, s] if active[x, s] else 0.0
-            multiply(w.exact, lefts, inverses, ring, one, one, everywhere, everywhere)
+            multiply(w.exact, lefts, inverses, ring, NORMAL, NORMAL, everywhere, everywhere)
             below = 0.0
             for x in range(n_x):
                 for s in range(n_s):
@@ -290,7 +295,7 @@ def press(w: Work, load: float, approach: float, tolerance: float) -> tuple[floa
         for x in range(n_x):
             for s in range(n_s):
                 residual[x, s] = gap[x, s] if active[x, s] else 0.0
-        multiply(w.exact, lefts, inverses, ring, one, one, everywhere, everywhere)
+        multiply(w.exact, lefts, inverses, ring, NORMAL, NORMAL, everywhere, everywhere)
         if by_load:
             above = 0.0
             for x in range(n_x):
@@ -318,7 +323,7 @@ def press(w: Work, load: float, approach: float, tolerance: float) -> tuple[floa
                 last_z[x, s] = z[x, s]
                 last_residual[x, s] = residual[x, s]
                 was_active[x, s] = active[x, s]
-        multiply(w.exact, steps, by_steps, operator, one, one, everywhere, everywhere)
+        multiply(w.exact, steps, by_steps, operator, NORMAL, NORMAL, everywhere, everywhere)
         products += 1
         along, curvature = 0.0, 0.0
         for x in range(n_x):
@@ -339,7 +344,7 @@ def press(w: Work, load: float, approach: float, tolerance: float) -> tuple[floa
                     p[x, s] = max(p[x, s], 0.0)
             if by_load:
                 scale(w, load)
-            multiply(w.exact, pressures, displacements, operator, one, one, everywhere, everywhere)
+            multiply(w.exact, pressures, displacements, operator, NORMAL, NORMAL, everywhere, everywhere)
             products += 1
     return zeta, MOST_ITERATIONS, products, np.nan
 
@@ -557,8 +562,9 @@ def derive(w: Work, v: Floats, result: Floats) -> None:
     a, m, k, begin = settings[A], settings[M], settings[K], settings[BEGIN]
     first, last, low = settings[FIRST], settings[LAST], settings[LOW]
     spread(w, v)
-    n, part, operator = 3 if begin else 2, (low, first, last), (settings[OPERATOR], settings[STRIDE])
-    multiply(w.rough, changes[DP : DP + 3], changes[DU : DU + 3], operator, (0, n), (0, n), part, part)
+    part, operator = (low, first, last), (settings[OPERATOR], settings[STRIDE])
+    which = ALL if begin else TANGENTIAL
+    multiply(w.rough, changes[DP : DP + 3], changes[DU : DU + 3], operator, which, which, part, part)
     n_x, others, approach = given.shape[1], begin + 2 * m, 0.0
     by_length, behind = np.float32(w.numbers[BY_LENGTH]), np.float32(1.0 if settings[STEADY] else 0.0)
     if begin and settings[BY_LOAD]:
@@ -652,7 +658,7 @@ def factorize(w: Work) -> None:
 
 
 @compiled
-def invert(w: Work, v: Floats, result: Floats, with_others: bool) -> None:
+def invert(w: Work, v: Floats, result: Floats, with_others: bool | np.bool_) -> None:
     """Write approximately pressures and tractions that cause residuals of gaps and of the law.
 
     Pressures follow from gaps, then tractions from the law at their bounds. Slip where elements stick is that
@@ -665,7 +671,8 @@ def invert(w: Work, v: Floats, result: Floats, with_others: bool) -> None:
         for e in range(a):
             changes[ONE + N, lists[CONTACT_X, e], lists[CONTACT_S, e]] = v[e] * w.numbers[COMPLIANCE]
         residuals, pressures = changes[ONE + N : ONE + 3], changes[MOVED + N : MOVED + 3]
-        multiply(w.rough, residuals, pressures, (settings[RING] - N, 0), (N, N + 1), (N, N + 1), part, part)
+        ring = settings[RING] - N, NONE
+        multiply(w.rough, residuals, pressures, ring, NORMAL, NORMAL, part, part)
         for e in range(a):
             result[e] = changes[MOVED + N, lists[CONTACT_X, e], lists[CONTACT_S, e]]
     any_sticks = False
@@ -677,7 +684,7 @@ def invert(w: Work, v: Floats, result: Floats, with_others: bool) -> None:
     if any_sticks:
         for t in range(2):
             slip, alone, one = changes[ONE + t : ONE + t + 1], changes[MOVED + t : MOVED + t + 1], (t, t + 1)
-            multiply(w.rough, slip, alone, (ALONE, 0), one, one, part, part)
+            multiply(w.rough, slip, alone, ALONE, one, one, part, part)
     for e in range(m):
         x, s = lists[FREE_X, e], lists[FREE_S, e]
         bound = w.given[FRICTION, x, s] * changes[MOVED + N, x, s] if begin else 0.0
@@ -741,7 +748,7 @@ def prepare(w: Work) -> None:
                 for t in range(2):
                     w.changes[DSLIP + t, y, s] = w.given[MODES + 5 * mode + t, y, s]
         change_law(w, DSLIP, none, residual)
-        invert(w, residual, w.vectors[COLUMNS + mode], False)
+        invert(w, residual, w.vectors[COLUMNS + mode], NO)
         spread(w, w.vectors[COLUMNS + mode])
         for other in range(k):
             matrix[other, mode] = -small[CAUSED, other]
@@ -784,13 +791,13 @@ def newton(w: Work, tolerance: float, fixed: bool) -> bool:
     fields, changes, settings, small = w.fields, w.changes, w.settings, w.small
     p, u, dp, du = fields[P : P + 3], fields[U : U + 3], changes[DP : DP + 3], changes[DU : DU + 3]
     n_x, n_s = w.given.shape[1], w.given.shape[2]
-    operator, tangential, solution = (settings[OPERATOR], settings[STRIDE]), (0, 2), w.vectors[SOLUTION]
+    operator, solution = (settings[OPERATOR], settings[STRIDE]), w.vectors[SOLUTION]
     least, idle = np.inf, 0
     settle(w, fixed)
     for turn in range(MOST_STEPS + 1):
         first, last, low = settings[FIRST], settings[LAST], settings[LOW]
         if not fixed or turn == 0:
-            multiply(w.exact, p, u, operator, (0, 3), (0, 3), (low, first, last), (0, 0, n_s))
+            multiply(w.exact, p, u, operator, ALL, ALL, (low, first, last), (NONE, NONE, n_s))
             if not fixed and join(w):
                 settle(w, fixed)
         a, m, k, begin = settings[A], settings[M], settings[K], settings[BEGIN]
@@ -808,7 +815,7 @@ def newton(w: Work, tolerance: float, fixed: bool) -> bool:
             return False
         prepare(w)
         v = w.vectors[INVERSE]
-        invert(w, w.vectors[RESIDUAL], v, True)
+        invert(w, w.vectors[RESIDUAL], v, YES)
         largest = 0.0
         for e in range(others):
             largest = max(largest, abs(v[e]))
@@ -827,7 +834,7 @@ def newton(w: Work, tolerance: float, fixed: bool) -> bool:
         spread(w, solution)
         if fixed:
             part = low, first, last
-            multiply(w.rough, dp, du, operator, tangential, tangential, part, part)
+            multiply(w.rough, dp, du, operator, TANGENTIAL, TANGENTIAL, part, part)
         share, change = 1.0, 1.0
         while True:
             for f in range(2 if fixed else 3):
@@ -876,7 +883,7 @@ def correct(w: Work, n: int, rtol: float) -> None:
             for e in range(n):
                 steps[0, e] = -w.vectors[INVERSE, e] / norm
         else:
-            invert(w, basis[j], steps[j], True)
+            invert(w, basis[j], steps[j], YES)
         derive(w, steps[j], basis[j + 1])
         for i in range(j + 2):  # the last turn is the length of what is left
             dot = np.float32(0.0)

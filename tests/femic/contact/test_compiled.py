@@ -115,7 +115,7 @@ def test_inverse_by_waves_is_that_of_half_spaces(products):
     np.testing.assert_allclose(result[N], expected, atol=10 * error * np.max(np.abs(expected)))
     for t in range(2):
         one = t, t + 1
-        multiply(work, loads[t:], result[t:], (at.ALONE, 0), one, one, everywhere, everywhere)
+        multiply(work, loads[t:], result[t:], at.ALONE, one, one, everywhere, everywhere)
         alone = problem.flat.restricted((0, 1)).strips_alone(values[..., :N] * (np.arange(2) == t))[..., t]
         largest = np.max(np.abs(alone))  # parts that are odd on the ring are left out
         np.testing.assert_allclose(result[t], alone, atol=1e-3 * largest)
