@@ -21,7 +21,7 @@ from threadpoolctl import threadpool_limits
 
 from approx.pair import Pair, Solid, matrix
 from compare.validation.statements.random_contacts import RandomContact, random_contact
-from femic.contact import coupled
+from femic.contact import coupled, small
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.friction.motion import Creepages, RollingKinematics
 from femic.contact.frictional_problem import FrictionalProblem
@@ -126,13 +126,13 @@ def ball_in_groove() -> RollingProblem:
 
 @contextmanager
 def in_turns() -> Iterator[None]:
-    """Contacts are solved in turns only."""
-    solve = coupled.solve
-    coupled.solve = lambda *_: None
+    """Contacts are solved in turns only, small ones, too."""
+    solve, most = coupled.solve, small.MOST_ELEMENTS
+    coupled.solve, small.MOST_ELEMENTS = lambda *_: None, 0
     try:
         yield
     finally:
-        coupled.solve = solve
+        coupled.solve, small.MOST_ELEMENTS = solve, most
 
 
 def ball_rows() -> Iterator[list[object]]:
