@@ -283,9 +283,17 @@ class ContactSolver:
         creepages: Creepages,
         forces: Mapping[str, float],
     ) -> SolvedContact:
+        """Return the contact; the problem is read once, as another thread may put its own in its place."""
         if friction == 0 and not forces:
             return self._without_friction(loading, distance, creepages)
-        return self._rolls(loading, distance, friction, creepages, forces)
+        rolling = self._rolling
+        problem = rolling.problem
+        if friction != problem.friction or distance is not problem.distance:
+            rolling = replace(rolling, problem=replace(problem, friction=friction, distance=distance))
+            self._rolling = rolling  # the next one is likely to be alike
+        solved: RollingContact = rolling.contact(creepages, loading, forces=forces, start=self._last)
+        self._last = solved.contact
+        return SolvedContact(self._on_grid, solved.contact, solved.creepages)
 
     def _without_friction(self, loading: Loading, distance: Array, creepages: Creepages) -> SolvedContact:
         problem = self._normal
@@ -296,19 +304,3 @@ class ContactSolver:
         )
         self._last_pressures = contact.p
         return SolvedContact(self._on_grid, contact, creepages)
-
-    def _rolls(
-        self,
-        loading: Loading,
-        distance: Array,
-        friction: float,
-        creepages: Creepages,
-        forces: Mapping[str, float],
-    ) -> SolvedContact:
-        rolling, problem = self._rolling, self._rolling.problem
-        if friction != problem.friction or distance is not problem.distance:
-            rolling = replace(rolling, problem=replace(problem, friction=friction, distance=distance))
-            self._rolling = rolling  # the next one is likely to be alike
-        solved: RollingContact = rolling.contact(creepages, loading, forces=forces, start=self._last)
-        self._last = solved.contact
-        return SolvedContact(self._on_grid, solved.contact, solved.creepages)

@@ -2,6 +2,7 @@
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from itertools import cycle
 
 import numpy as np
 import pytest
@@ -115,6 +116,30 @@ def test_threads_share_a_solver():
     with ThreadPoolExecutor(4) as threads:
         together = list(threads.map(lambda each: solved(longitudinal=each).force[0], xi))
     np.testing.assert_allclose(together, alone, rtol=1e-4, atol=1e-3 * FRICTION * LOAD)
+
+
+def test_threads_with_frictions_of_their_own_share_a_solver():
+    """Sliding everywhere, each has its friction, also where another's problem comes between two lines."""
+    frictions = [0.1, 0.3] * 6
+    with ThreadPoolExecutor(4) as threads:
+        sliding = list(
+            threads.map(lambda mu: SOLVER.solve(LOAD, friction=mu, longitudinal=-0.05).numbers, frictions)
+        )
+    for mu, numbers in zip(frictions, sliding, strict=True):
+        assert numbers["sliding_share"] == 1.0
+        assert abs(numbers["F_x"]) == pytest.approx(mu * LOAD, rel=0.05)
+
+    solver = femic.ContactSolver(PAIR, LOAD, setup=SETUP)
+    own = solver._rolling
+    problems = cycle(replace(own, problem=replace(own.problem, friction=mu)) for mu in (0.1, 0.3))
+
+    class BesideAnother(femic.ContactSolver):
+        _rolling = property(lambda _: next(problems), lambda *_: None)
+
+    solver.__class__ = BesideAnother
+    assert abs(solver.solve(LOAD, friction=0.3, longitudinal=-0.05).force[0]) == pytest.approx(
+        abs(sliding[1]["F_x"]), rel=1e-5
+    )
 
 
 def test_dataset_has_units_and_adds_up():
