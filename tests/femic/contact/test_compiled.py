@@ -191,6 +191,14 @@ def test_contacts_are_those_of_the_other_solvers(name, kind):
     assert_equal(found(problem, given, start=there), there)
 
 
+@pytest.mark.parametrize("sizes", [(90, 14), (16, 88)])
+def test_contacts_on_long_grids_are_those_of_the_other_solvers(sizes):
+    problem = groove(*sizes, materials=MIXED, friction=0.4)
+    assert problem.small is not None
+    assert problem.normal.small is None  # FFT is quicker
+    assert_equal(found(problem, steady(problem)), by_others(problem, steady(problem)))
+
+
 @pytest.mark.parametrize("name", ["two materials", "groove"])
 def test_creepages_from_forces_are_those_of_the_other_solvers(name):
     problem = PROBLEMS[name]
