@@ -39,7 +39,7 @@ def libraries(charts: Sequence[Chart]) -> Markup:
     Only surfaces need the bundle for 3D. `templates/explore.js` unpacks a bundle before it draws with it.
     """
     kinds = {isinstance(cell, Surface) for chart in charts for cell in chart.cells}
-    bundles = [name for name, in_3d in (("cartesian", False), ("gl3d", True)) if in_3d in kinds]
+    bundles = [name for name, in_3d in (("heatmap", False), ("gl3d", True)) if in_3d in kinds]
     elements = []
     for name in bundles:
         packed = (resources.files("compare.report") / "plotly" / f"{name}.js.gz").read_bytes()

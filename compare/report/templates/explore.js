@@ -24,8 +24,8 @@
     delete window.Plotly;
   };
   const needed = name => (begun[name] ??= last = last.catch(() => {}).then(() => unpack(name)));
-  if (document.getElementById("plotly-cartesian")) needed("cartesian"); // while the page is laid out
-  const bundle = cell => (cell.layout.scene ? "gl3d" : "cartesian");
+  if (document.getElementById("plotly-heatmap")) needed("heatmap"); // while the page is laid out
+  const bundle = cell => (cell.layout.scene ? "gl3d" : "heatmap");
 
   const faint = colour => {
     const n = parseInt(colour.slice(1), 16);
@@ -250,6 +250,6 @@
   document.querySelectorAll(".wide").forEach(box => boxes.observe(box));
   const redraw = () => charts.forEach(draw);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
-  if (document.getElementById("plotly-cartesian")) needed("cartesian"); // also charts not yet in view may be printed
+  if (document.getElementById("plotly-heatmap")) needed("heatmap"); // also charts not yet in view may be printed
   root.dataset.explore = "ready";
 })();
