@@ -70,6 +70,15 @@ def test_the_worst_case_of_a_criterion(relation, values, case, missed, close):
     assert worst["cases"] == len(numbers)
 
 
+def test_criteria_that_are_met_are_left_out_unless_another_refers_to_them():
+    says = ("met", "the same, missed", "the same, met", "missed", "the same, too close", "also met")
+    values = ({"a": 0.1}, {"a": 2.0}, {"a": 0.1}, {"a": 2.0}, {"A": 2.0}, {"a": 0.1})
+    given = [criterion("<", **each) | {"says": text} for text, each in zip(says, values, strict=True)]
+    found = page.unmet(given)
+    assert [each["says"] for each in found] == [says[k] for k in (0, 1, 3, 4)]
+    assert [each["worst"]["missed"] for each in found] == [0, 1, 1, 0]
+
+
 def test_changes_without_another_verdict_are_left_out():
     statements = [{"number": 1, "verdict": "depends"}, {"number": 2, "verdict": "reproduced"}]
     changes = [

@@ -46,6 +46,22 @@ def worst_case(criterion: Values) -> Values:
     }
 
 
+def unmet(criteria: list[Values]) -> list[Values]:
+    """Return the criteria with a case that is missed or not decided, with its worst case.
+
+    A criterion that says "the same" refers to the last one before it that does not: this is returned, too.
+    """
+    found = list[Values]()
+    named: Values = {}  # the last criterion that says of what it is
+    for criterion in ({**each, "worst": worst_case(each)} for each in criteria):
+        repeats = criterion["says"].startswith("the same")
+        if criterion["worst"]["missed"] or criterion["worst"]["close"]:
+            found += [named] if repeats and named not in found else []
+            found.append(criterion)
+        named = named if repeats else criterion
+    return found
+
+
 def changed_verdicts(validation: Values) -> list[Values]:
     """Return the changes of criteria after which the verdict of a statement is another, each reason once."""
     now = {statement["number"]: statement["verdict"] for statement in validation["statements"]}

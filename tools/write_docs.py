@@ -41,7 +41,9 @@ TABLE_BEGINS, TABLE_ENDS = "<!-- table by tools/write_docs.py -->", "<!-- end of
 OUT = Path("out")
 GEOMETRIES = ("geometry1", "geometry2")
 TOLERANCES = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.001)
-BLANKS = re.compile(r"(^```.*?^```$)|\n{3,}", re.DOTALL | re.MULTILINE)  # code keeps its own
+CODE = r"(^```.*?^```$|`[^`\n]+`)"
+TYPED = {r"\n{3,}": "\n\n", r"(?<=[ (])-(?=\d)": "−"}  # second empty lines; hyphens for minus signs
+UNTYPED = re.compile("|".join([CODE, *(f"({pattern})" for pattern in TYPED)]), re.DOTALL | re.MULTILINE)
 QUESTIONS = {"nn": ("nn",), "nn, ss, xx": ("nn", "ss", "xx"), "all six": ()}
 
 
@@ -177,7 +179,7 @@ def environment() -> Environment:
         name: getattr(evidence_page, name)
         for name in (
             *("changed_verdicts", "computed", "counts", "origin", "refused"),
-            *("worst_case", "worst_rows", "wrapped"),
+            *("unmet", "worst_rows", "wrapped"),
         )
     }
     made.filters["columns"] = evidence_page.columns_of
@@ -203,15 +205,16 @@ def pages() -> dict[str, str]:
     numbers, made = stored_numbers(), environment()
     known = numbers | declared() | {"benchmarks": evidence_page.recorded(NUMBERS / "benchmarks")}
     texts = {
-        page: without_blanks(made.get_template(place(path)).render(**known)).rstrip() + "\n"
+        page: set_in_type(made.get_template(place(path)).render(**known)).rstrip() + "\n"
         for page, path in templates().items()
     }
     return {page: text + computed_with(templates()[page], numbers) for page, text in texts.items()}
 
 
-def without_blanks(text: str) -> str:
-    """Return a text without second empty lines, but for those in code."""
-    return BLANKS.sub(lambda found: found[1] or "\n\n", text)
+def set_in_type(text: str) -> str:
+    """Return a text without second empty lines and with minus signs; code stays as it is."""
+    better = [None, *TYPED.values()]
+    return UNTYPED.sub(lambda found: better[found.lastindex - 1] or found[0], text)
 
 
 def readme() -> str:
