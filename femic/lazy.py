@@ -14,10 +14,10 @@ _LOCAL = local()  # `at_once`: whether this thread imports nothing lazily for no
 
 
 @contextmanager
-def _at_once() -> Iterator[None]:
-    """Let this thread import modules at once within this context."""
+def _at_once(at_once: bool = True) -> Iterator[None]:
+    """Let this thread import modules at once, or not, within this context."""
     before = getattr(_LOCAL, "at_once", False)
-    _LOCAL.at_once = True
+    _LOCAL.at_once = at_once
     try:
         yield
     finally:
@@ -34,7 +34,8 @@ def lazy_imports() -> Iterator[None]:
     importer = _LazyImporter()
     sys.meta_path.insert(0, importer)
     try:
-        yield
+        with _at_once(False):  # also in a module that is imported at once
+            yield
     finally:
         sys.meta_path.remove(importer)
         for name, module in list(sys.modules.items()):

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure
+from contourpy import contour_generator
 
 from compare.pages.contact_numbers import case_labels, differences, largest_case, tolerance_levels
 from compare.report.charts import Chart, Curve, Map, Panel, Surface, simple_chart
@@ -182,8 +182,8 @@ def edge(x: Array, s: Array, inside: Mask) -> tuple[Array, Array]:
     """Return the line about the elements that are inside, (n_x, n_s); its parts are separated by NaN."""
     if not inside.any():
         return np.array([np.nan]), np.array([np.nan])
-    contour = Figure().subplots().contour(x, s, inside.T.astype(float), levels=[0.5])
-    parts = [np.concatenate([part, [[np.nan, np.nan]]]) for part in contour.allsegs[0]]
+    lines = contour_generator(x, s, inside.T.astype(float)).lines(0.5)
+    parts = [np.concatenate([line, [[np.nan, np.nan]]]) for line in lines]
     x_of_edge, s_of_edge = np.concatenate(parts)[:-1].T
     return x_of_edge, s_of_edge
 

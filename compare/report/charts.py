@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from matplotlib import colormaps
-from matplotlib.colors import to_hex
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
 from compare.report.looks import Look, label_looks, without_marker
+from femic.lazy import lazy_imports
 from geometries.arrays import Array
+
+with lazy_imports():
+    from compare.report import scales
 
 Scale = Literal["sequential", "diverging", "logarithmic", "positive"]
 CLASSES = ("#0072b2", "#e69f00", "#009e73", "#cc79a7")  # colours of kinds
@@ -183,13 +184,12 @@ class Contours:
             low, high = -max(abs(low), abs(high)), max(abs(low), abs(high))
         if not high > low:
             low, high = low - 1.0, high + 1.0
-        return np.asarray(MaxNLocator(MOST_LEVELS, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high))
+        return scales.round_levels(low, high, MOST_LEVELS)
 
     @property
     def colours(self) -> list[str]:
         """The colour between each two levels, as hexadecimal numbers."""
-        shades = np.linspace(0.0, 1.0, len(self.levels) - 1)
-        return [to_hex(colour) for colour in colormaps[CONTOURS[self.scale]](shades)]
+        return scales.shades(CONTOURS[self.scale], len(self.levels) - 1)
 
 
 Cell = Panel | Map | Surface | Contours

@@ -4,13 +4,18 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from matplotlib.figure import Figure
-
-from compare.report import static
 from compare.report.charts import Chart
 from femic.cache import folders
 from femic.cache.files import replacing
+from femic.lazy import lazy_imports
+
+with lazy_imports():
+    from compare.report import static
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _formats: ContextVar[tuple[str, ...]] = ContextVar("formats of the files of figures", default=())
 
@@ -33,7 +38,7 @@ def save_charts(charts: Iterable[Chart], folder: Path, prefix: str = "") -> None
                 save_all(figure, folder / f"{prefix}{name}")
 
 
-def save_all(figure: Figure, path: Path) -> None:
+def save_all(figure: "Figure", path: Path) -> None:
     """Write a figure in the formats asked for; the path has no ending, its folder is made."""
     for name in _formats.get():
         folders.make(path.parent)

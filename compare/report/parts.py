@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from datetime import datetime
 from io import BytesIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 import numpy as np
 import xarray as xr
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from compare.report import interactive
@@ -28,6 +28,9 @@ from compare.report.tables import Cell, Row, Table, texts
 from femic.cache import folders
 from femic.cache.files import write_dataset, write_text
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 # --- pages ----------------------------------------------------------------------------------------------
 
 
@@ -36,7 +39,7 @@ class Picture:
     """A figure and the name of its file, without ending; or the path of an existing picture."""
 
     name: str
-    figure: Figure | Path
+    figure: "Figure | Path"
 
 
 @dataclass(frozen=True)

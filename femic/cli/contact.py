@@ -7,7 +7,7 @@ from cyclopts import Parameter
 
 from femic.cache import folders
 from femic.cli.progress import terminal
-from femic.cli.work import DEFAULT_WORK, SceneName, Work, announce, print_warnings
+from femic.cli.work import DEFAULT_WORK, SceneName, Work, announce, maps_of, print_warnings
 from femic.contact.finite_elements import CELLS, require_enough
 from femic.lazy import lazy_imports
 from femic.scenes.contact import StressTable
@@ -16,7 +16,6 @@ from femic.scenes.load import load_scene
 from geometries.errors import WrongInput
 
 with lazy_imports():
-    from compare.campaigns import maps as c_map
     from compare.pages import contact as page
     from compare.pages import finite_elements as fe_page
     from compare.pages import friction_pages
@@ -64,7 +63,8 @@ def contact(
     }
     for loaded in scenes:
         compute.require_solvable(loaded)  # raises before any work starts
-        friction_pages.require_page(loaded)
+        if loaded.contact.friction:
+            friction_pages.require_page(loaded)
         if not ics and loaded.ics == AUTO and not loaded.want:
             raise WrongInput(
                 "ics = 'auto': the cheapest for what? Give want = [\"p_max\"] or others, or --ics A,Bhat"
@@ -80,20 +80,20 @@ def contact(
         with work.options(folder, console) as options:
             solved, choice = loaded, ""
             if question := questions.get(loaded.name):
-                maps = c_map.maps_of_scene(loaded)
+                maps = maps_of(loaded)
                 chosen, _ = contact_advice.advise_contact(
                     name, question, options, maps, expect=expected.expect
                 )
                 solved, choice = load_scene(name, {**changes, **chosen.changes}), chosen.text
                 console.print(choice, soft_wrap=True)
             if solved.contact.friction is None:
-                found = compute.solve_scene(solved, options, c_map.maps_of_scene(solved))
+                found = compute.solve_scene(solved, options, maps_of(solved))
                 contacts[solved.name], others = found, supports.changed_supports(found, options)
                 dataset = compute.with_supports(compute.to_dataset(solved, found), others)
                 stored = fe_page.stored_solution(solved, dataset, options.store)
                 report = page.write_contact(solved, dataset.assign_attrs(choice=choice), folder, stored)
             else:
-                dataset = friction_compute.compute_with_friction(solved, options, c_map.maps_of_scene(solved))
+                dataset = friction_compute.compute_with_friction(solved, options, maps_of(solved))
                 dataset = friction_compute.with_supports(solved, dataset, options)
                 write = friction_pages.PAGES[solved.contact.motion].write
                 report = write(dataset.assign_attrs(choice=choice), folder)
@@ -122,7 +122,7 @@ def fe_contact(
     require_enough(cells)
     folder = work.folder(loaded)
     with work.options(folder, console) as options:
-        with_ics = compute.compute_contact(loaded, options, c_map.maps_of_scene(loaded))
+        with_ics = compute.compute_contact(loaded, options, maps_of(loaded))
         report = fe_page.write_fe_contact(
             fe_compute.compute_fe_contact(loaded, with_ics, options, cells), folder
         )

@@ -5,7 +5,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from femic.cli.progress import terminal
-from femic.cli.work import DEFAULT_WORK, TABLE_WIDTH, SceneName, Work, announce
+from femic.cli.work import DEFAULT_WORK, TABLE_WIDTH, SceneName, Work, announce, maps_of
 from femic.lazy import lazy_imports
 from femic.scenes import wants
 from femic.scenes.calibration import BodyName
@@ -14,7 +14,6 @@ from femic.scenes.scene import Scene
 from geometries.errors import WrongInput
 
 with lazy_imports():
-    from compare.campaigns import maps as c_map
     from compare.pages import frontier as page
     from compare.studies import contact_advice
     from compare.studies import contact_frontier as contact_study
@@ -63,7 +62,7 @@ def frontier(
             report = page.write_frontier(computed, folder)
     else:
         contact_study.require_comparable(loaded, names, budget)
-        maps = c_map.maps_of_scene(loaded)
+        maps = maps_of(loaded)
         with work.options(folder, console) as options:
             computed = contact_study.compute_contact_frontier(scene, names, options, maps, budget=budget)
             report = page.write_frontier(computed, folder)
@@ -128,7 +127,7 @@ def advise(
         return
     question = study.Question(names or wants.default_names(loaded.contact), largest)
     contact_study.require_comparable(loaded, question.names, budget)
-    expect, maps = None if solve else expected.expect, c_map.maps_of_scene(loaded)
+    expect, maps = None if solve else expected.expect, maps_of(loaded)
     with work.options(folder, console) as options:
         answer, solved = contact_advice.advise_contact(
             scene, question, options, maps, budget=budget, expect=expect

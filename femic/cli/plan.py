@@ -7,14 +7,13 @@ from rich.console import Console
 from rich.table import Table
 
 from femic.cli.progress import terminal
-from femic.cli.work import TABLE_WIDTH, SceneName, Workers
+from femic.cli.work import TABLE_WIDTH, SceneName, Workers, maps_of
 from femic.lazy import lazy_imports
 from femic.reference.run_options import cores
 from femic.scenes.load import load_scene
 from geometries.errors import WrongInput
 
 with lazy_imports():
-    from compare.campaigns import maps as c_map
     from femic.contact.pairs import grids, pair_on_grid
     from femic.contact.pairs import ics as contact_ics
     from femic.reference import refinement
@@ -47,7 +46,7 @@ def plan(scene: SceneName, /, *, workers: Workers = None) -> None:
         with _refusal_printed("femic contact", console):
             contacts.require_solvable(loaded)
             problem = loaded.contact_problem
-            for of_loads, loadings in grids.grids_of(problem, c_map.maps_of_scene(loaded)):
+            for of_loads, loadings in grids.grids_of(problem, maps_of(loaded)):
                 title = (
                     f"femic contact: {of_loads.n_x} x {of_loads.n_s} elements of {of_loads.dx:.3g} x "
                     f"{of_loads.ds:.3g} mm: {', '.join(map(str, loadings))}"

@@ -17,6 +17,7 @@ from femic.cli import progress
 from femic.lazy import lazy_imports
 from femic.reference.run_options import RunOptions, cores
 from femic.scenes import plausibility
+from femic.scenes.ic_names import is_map
 from femic.scenes.scene import Scene
 from femic.scenes.values import WHOLE
 from geometries.errors import WrongInput
@@ -24,6 +25,7 @@ from geometries.errors import WrongInput
 with lazy_imports():
     import fsspec
 
+    from compare.campaigns import maps as c_map
     from compare.report import files, parts
 
 OUT = Path("out")  # the folder of all results, unless another is given
@@ -130,6 +132,11 @@ def print_warnings(scene: Scene, console: Console, *, of_contact: bool = True) -
     found = plausibility.pair_warnings if of_contact else plausibility.warnings
     for text in found(scene):
         console.print(f"note: {text}", soft_wrap=True)
+
+
+def maps_of(scene: Scene) -> dict[str, Any]:
+    """Open the maps of C among the ICs of a scene, by name; raise as `open_map`."""
+    return c_map.maps_of_scene(scene) if any(map(is_map, scene.contact.ics)) else {}
 
 
 def store_at(location: str | None, folder: Path) -> Store:

@@ -43,6 +43,19 @@ def test_wrong_input_is_refused_before_heavy_libraries_load(tmp_path):
         assert not HEAVY.intersection(modules), command
 
 
+def test_a_page_of_contact_loads_only_what_it_shows(tmp_path):
+    """Its charts are drawn in the browser: Matplotlib draws for paper only. Maps of C are not there."""
+    (tmp_path / "one.toml").write_text(
+        load_scene("tall").text.replace("[7.4e3, 58e3, 310e3]", "[7.4e3]"), encoding="utf-8"
+    )
+    command = ["contact", str(tmp_path / "one.toml"), "--ics", "A", "--out", str(tmp_path / "out")]
+    call = [sys.executable, "-c", RUN, json.dumps([command])]
+    printed = subprocess.run(call, capture_output=True, text=True, check=True, cwd=tmp_path).stdout
+    code, modules = json.loads(printed.splitlines()[-1])
+    assert code == 0
+    assert not {"matplotlib", "pyvista", "zarr"}.intersection(modules)
+
+
 @pytest.fixture
 def module(tmp_path, monkeypatch):
     """Write a module that can be imported."""
@@ -67,6 +80,27 @@ def test_a_lazy_import_runs_a_module_when_it_is_used(module):
         import lazily as again  # noqa: PLC0415
     assert again is sys.modules["lazily"]
     assert lazily.hls_to_rgb is sys.modules["colorsys"].hls_to_rgb
+
+
+def test_a_module_that_is_imported_lazily_may_itself_import_lazily(module):
+    module(
+        "outer.py",
+        """
+from femic.lazy import lazy_imports
+with lazy_imports():
+    import inner
+answer = 42
+def ask():
+    return inner.answer
+""",
+    )
+    module("inner.py", "answer = 43\n")
+    with lazy_imports():
+        import outer  # noqa: PLC0415
+    assert outer.answer == 42
+    assert "inner" not in sys.modules
+    assert outer.ask() == 43
+    assert sys.modules["inner"].answer == 43
 
 
 def test_two_modules_may_defer_the_same_library(module):
