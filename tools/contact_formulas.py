@@ -159,27 +159,32 @@ def matrix(values: dict[str, Any]) -> Any:
     return np.stack([np.prod(variables**powers, axis=-1) for powers in TERMS.values()], axis=-1)
 
 
+def rounded(value: float, digits: int = 5) -> float:
+    """Return a number with so many digits, which are the same on every computer."""
+    return float(f"{value:.{digits}g}")
+
+
 def fit(contacts: dict[str, list[dict[str, float]]]) -> dict[str, Any]:
     """Return coefficients of each quantity, and errors on the contacts that judge."""
     fitted, judged = columns(contacts["fitted"]), columns(contacts["judged"])
     found = {}
     for name in QUANTITIES:
         coefficients = np.linalg.lstsq(matrix(fitted), np.log(fitted[name]), rcond=None)[0]
-        rounded = [float(f"{value:.3g}") for value in coefficients]
+        published = [rounded(value, 3) for value in coefficients]
         errors = {
-            "formula": np.exp(matrix(judged) @ rounded) / judged[name] - 1,
-            "fitted": np.exp(matrix(fitted) @ rounded) / fitted[name] - 1,
+            "formula": np.exp(matrix(judged) @ published) / judged[name] - 1,
+            "fitted": np.exp(matrix(fitted) @ published) / fitted[name] - 1,
             "hertz": 1 / judged[name] - 1,
             "A": judged[f"A_{name}"] / judged[name] - 1,
         }
         found[name] = {
-            "coefficients": rounded,
-            "estimate": float(np.quantile(judged[f"estimate_{name}"] / judged[name], WITHIN)),
+            "coefficients": published,
+            "estimate": rounded(np.quantile(judged[f"estimate_{name}"] / judged[name], WITHIN)),
             "errors": {
                 what: {
-                    "within": float(np.quantile(np.abs(values), WITHIN)),
-                    "least": float(values.min()),
-                    "largest": float(values.max()),
+                    "within": rounded(np.quantile(np.abs(values), WITHIN)),
+                    "least": rounded(values.min()),
+                    "largest": rounded(values.max()),
                 }
                 for what, values in errors.items()
             },
@@ -188,7 +193,11 @@ def fit(contacts: dict[str, list[dict[str, float]]]) -> dict[str, Any]:
 
 
 def numbers(contacts: dict[str, list[dict[str, float]]]) -> dict[str, Any]:
-    """Return what the page shows, with the contacts."""
+    """Return what the page shows, with the contacts, whose numbers have five digits."""
+    contacts = {
+        kind: [{name: rounded(value) for name, value in row.items()} for row in rows]
+        for kind, rows in contacts.items()
+    }
     both = columns([*contacts["fitted"], *contacts["judged"]])
     return {
         "code": results_digest(*STUDY_FOLDERS),
@@ -196,7 +205,7 @@ def numbers(contacts: dict[str, list[dict[str, float]]]) -> dict[str, Any]:
         "terms": list(TERMS),
         "numbers": fit(contacts),
         "counts": {name: len(rows) for name, rows in contacts.items()},
-        "range": {"theta": float(both["theta"].max()), "angle": float(both["angle"].max())},
+        "range": {name: float(both[name].max()) for name in ("theta", "angle")},
         "contacts": contacts,
     }
 
