@@ -129,13 +129,26 @@ FORCES = (
 )
 
 
+LOOSE = "arc-1.1"  # of the pairs with friction
+
+
 def decision_rows(values: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the rows of the decision table: what is wanted, and how far each of some ICs is good enough."""
+    """Return the rows of the decision table: what is wanted, and how far each of some ICs is good enough.
+
+    Forces depend on the fit most of all: loose pairs have rows of their own.
+    """
     pairs = list(values["pairs"].values())
-    frictions = [of for pair in values["rolling"].values() for of in pair["frictions"].values()]
+    frictions: dict[bool, list[Any]] = {False: [], True: []}  # by whether the pair is loose
+    for name, pair in values["rolling"].items():
+        frictions[name == LOOSE] += pair["frictions"].values()
+    groups = [("", pairs, PRESSURES)] + [
+        (f"{fit}: ", frictions[loose], FORCES)
+        for fit, loose in (("close fit", False), ("loose fit (1 : 1.1)", True))
+        if frictions[loose]
+    ]
     return [
-        {"wanted": wanted.text} | {ics: reach(of, ics, wanted) for ics in FORCE_ICS}
-        for of, rows in ((pairs, PRESSURES), (frictions, FORCES))
+        {"wanted": fit + wanted.text} | {ics: reach(of, ics, wanted) for ics in FORCE_ICS}
+        for fit, of, rows in groups
         for wanted in rows
     ]
 
@@ -152,7 +165,7 @@ def reach(solved: Sequence[Mapping[str, Any]], ics: str, wanted: Wanted) -> str:
     first, last = (crossing_text(found[number]) for _, number in (crossed[0], crossed[-1]))
     if ends and max(ends) > crossed[-1][0]:
         return f"{first}°{DOTS}>{SPACE}{max(ends):.0f}°"
-    return f"{first}°" if len(crossed) == 1 else f"{first}°{DOTS}{last}°"
+    return f"{first}°" if first == last else f"{first}°{DOTS}{last}°"
 
 
 def crossing_text(found: Mapping[str, Any]) -> str:

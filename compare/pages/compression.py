@@ -52,8 +52,7 @@ def parts(dataset: xr.Dataset) -> PageParts:
         answer=answer(dataset, last),
         note=NOTE.format(symbol),
         contact=f"At {last}.",
-        work="The maps show the work of friction in the last load step, per unit area (minus traction times "
-        "slip).",
+        work="The maps show the work of friction in the last load step, per unit area: −(traction · slip).",
     )
 
 

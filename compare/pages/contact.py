@@ -57,13 +57,13 @@ from geometries.surfaces import Surface
 
 
 NUMBERS = (
-    "The numbers belong to the patch that carries most of the load. ± is the estimated error. It comes "
-    "from the same contact on elements twice and four times as large and, for C, also from C plus its own "
-    "estimated error. The small number below is the difference from the number with {}; it has the unit "
-    "of the number where that may vanish by symmetry. “p_max, displaced” uses the distance of the "
+    "The numbers belong to the patch that carries most of the load. ± is the estimated error, found by "
+    "solving again on elements twice and four times as large and, for C, with C changed by its estimated "
+    "error. The small number below is the difference from the number with {}: in % or, for numbers that "
+    "may be zero by symmetry, in the unit of the row. “p_max, displaced” uses the distance of the "
     "displaced body instead of the linearised distance. A dash means that this contact exceeds the grid "
     "or has no solution; its error is then unknown (± ?). Strains are assumed small: finite strains may "
-    "change the largest pressure by {:g} MPa. Approximate ICs leave out the bending of the sections, "
+    "change p_max by {:.2g} %. Approximate ICs leave out the bending of the sections, "
     "which affects lateral forces."
 )
 GRIDS = (
@@ -143,7 +143,8 @@ def _sections(
     dataset: xr.Dataset, lower: Surface, further: FurtherSolution | None
 ) -> Iterator[Section | Folded]:
     reference, others = reference_ics(dataset), compared_ics(dataset)
-    symbol, strain = ics_symbol(reference), float(f"{float(dataset.finite_strain_p_max.max()):.2g}")
+    symbol, exact = ics_symbol(reference), dataset.sel(ics=reference)
+    strain = 100 * float((exact.finite_strain_p_max / exact.p_max).max())
     notes = [CHART.format(symbol) if others else "", dataset.attrs.get("choice", "")]
     yield Section("", [figures.answer_chart(dataset), *(Note(text) for text in notes if text)])
     yield Section("Contact patch", [figures.patches(dataset)])
@@ -204,7 +205,7 @@ def _grids_table(dataset: xr.Dataset) -> Table:
         if name in references:
             forms = {"estimate": ".2%", "asymmetry": ".1e", "smallest_eigenvalue": ".3f", "seconds": ".1f"}
             cells = [Cell(float(references[name][key]), form) for key, form in forms.items()]
-        rows[name] = Row(name, cells)
+        rows[name] = Row(f"{p.sizes['x']} × {p.sizes['s']} elements of {dx:.3g} × {ds:.3g} mm", cells)
     return Table("grid", ["estimate", "asymmetry", "smallest eigenvalue", "s for C"], list(rows.values()))
 
 

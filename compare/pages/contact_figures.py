@@ -89,7 +89,7 @@ def over_angle(dataset: xr.Dataset, keys: Sequence[str], reference: str) -> tupl
         above.append(Panel(title, across, Column(quantity.symbol, quantity.unit).title, values))
         difference = f"{quantity.symbol}: difference from {ics_symbol(reference)}"
         levels = tolerance_levels(dataset)
-        below.append(Panel(difference, across, f"{quantity.symbol} [%]", apart, levels=levels))
+        below.append(Panel(difference, across, f"difference of {quantity.symbol} [%]", apart, levels=levels))
     return above, below if len(looks) > 1 else []
 
 
@@ -110,7 +110,7 @@ def profile_panels(
     )
     return [
         Panel(title, "s [mm]", "p [MPa]", upper),
-        Panel(f"pressure: difference from {symbol}", "s [mm]", f"p − with {symbol} [MPa]", lower),
+        Panel(f"pressure: difference from {symbol}", "s [mm]", f"p minus p with {symbol} [MPa]", lower),
     ]
 
 

@@ -57,15 +57,16 @@ def verdict_sentences(
 ) -> str:
     """Return a sentence for each verdict that some ICs have, all of them by their symbols.
 
-    `deciding` are the differences that verdicts follow from; `where` says of all, and of some of what.
+    `deciding` are the differences that verdicts follow from, with their places; `where` says of all, and of
+    some of what.
     """
     by_verdict = {
         word: [ics for ics, own in verdicts.items() if own == word] for word in (YES, NO, NOT_DECIDED)
     }
     texts = {
         YES: "With {}, {} by at most {} {}.",
-        NO: "With {}, {} by more than {} {} (difference: {}).",
-        NOT_DECIDED: "With {}, it is not decided whether {} by at most {} {} (difference: {}).",
+        NO: "With {}, {} by more than {} {} ({}).",
+        NOT_DECIDED: "With {}, it is not decided whether {} by at most {} {} ({}).",
     }
     return " ".join(
         text.format(
@@ -74,7 +75,7 @@ def verdict_sentences(
             limit,
             where[word == NO],
             join_words(
-                deciding[ics] if len(by_verdict[word]) == 1 else f"{deciding[ics]} with {ics}"
+                deciding[ics] if len(by_verdict[word]) == 1 else f"{ics} {deciding[ics]}"
                 for ics in by_verdict[word]
             ),
         )
@@ -127,12 +128,25 @@ def difference_text(value: ArrayLike, estimate: ArrayLike, *, signed: bool = Tru
     return f"{with_estimate(value, estimate, signed=signed)} %"
 
 
-def deciding_text(off: xr.DataArray, estimate: xr.DataArray, limit: float, *, signed: bool = True) -> str:
-    """Return the difference [%] that a verdict follows from: with its estimate it is furthest on its side."""
+def deciding_text(
+    off: xr.DataArray,
+    estimate: xr.DataArray,
+    limit: float,
+    *,
+    signed: bool = True,
+    places: Mapping[str, Sequence[str]] | None = None,
+) -> str:
+    """Return the difference [%] that a verdict follows from: with its estimate it is furthest on its side.
+
+    `places` are the names of the places along a dimension; where there are several, that of the difference
+    is named.
+    """
     beyond = verdict(abs(off), estimate, limit) == NO
     ends = abs(off) - estimate if beyond else abs(off) + estimate
     at = ends.fillna(-np.inf if beyond else np.inf).argmax(...)
-    return difference_text(off.isel(at), estimate.isel(at), signed=signed)
+    text = difference_text(off.isel(at), estimate.isel(at), signed=signed)
+    named = (names[int(at[along])] for along, names in (places or {}).items() if len(names) > 1)
+    return " at ".join([text, *named])
 
 
 # --- which ICs suffice ----------------------------------------------------------------------------------
@@ -175,7 +189,12 @@ def answer_sentence(dataset: xr.Dataset, reference: str, others: Sequence[str]) 
     several, limit = dataset.sizes["case"] > 1, tolerance(dataset)
     said = verdict_sentences(
         {ics_symbol(name): word for name, word in verdicts(dataset, reference, others).items()},
-        {ics_symbol(name): deciding_text(off.sel(ics=name), known.sel(ics=name), limit) for name in others},
+        {
+            ics_symbol(name): deciding_text(
+                off.sel(ics=name), known.sel(ics=name), limit, places={"case": case_labels(dataset)}
+            )
+            for name in others
+        },
         f"p_max differs from {symbol}",
         f"{limit:g} %",
         (f"at every {unit}", f"at one {unit} or more") if several else (f"at {label}", f"at {label}"),

@@ -192,29 +192,24 @@ def verdicts(dataset: xr.Dataset) -> dict[str, str]:
 def verdict_cells(dataset: xr.Dataset) -> dict[str, Cell]:
     """Return these verdicts with the sizes of the differences that they follow from, by ICs."""
     (off, known), limit, cells = judged_differences(dataset), tolerance(dataset), dict[str, Cell]()
+    frictions = [f"friction {friction:g}" for friction in dataset.friction.values]
     for name in compared_ics(dataset):
         each = abs(off.sel(ics=name)), known.sel(ics=name)
-        cells[name] = verdict_cell(*each, limit, deciding_text(*each, limit, signed=False))
+        text = deciding_text(*each, limit, signed=False, places={"friction": frictions})
+        cells[name] = verdict_cell(*each, limit, text)
     return cells
 
 
 def verdict_text(dataset: xr.Dataset, what: str, where: tuple[str, str]) -> str:
-    """Return these verdicts in sentences: `what` differs by at most the tolerance at all places, or more.
-
-    With several coefficients of friction, they say at which one the difference is largest.
-    """
+    """Return these verdicts in sentences: `what` differs by at most the tolerance at all places, or more."""
     cells = {ics_symbol(name): cell for name, cell in verdict_cells(dataset).items()}
-    largest = ""
-    if cells and dataset.sizes["friction"] > 1:
-        largest = f" The largest difference is at friction {worst_friction(dataset):g}."
-    said = verdict_sentences(
+    return verdict_sentences(
         {symbol: cell.text for symbol, cell in cells.items()},
         {symbol: cell.below for symbol, cell in cells.items()},
         f"{what} differs from {reference_symbol(dataset)}",
         f"{tolerance(dataset):g} {difference_unit(dataset)}",
         where,
     )
-    return said + largest
 
 
 def worst_friction(dataset: xr.Dataset) -> float:
@@ -372,9 +367,8 @@ PLANES = (
 )
 BELOW = (
     "The tables show some of the points; the charts and contact.nc have all of them. The small number "
-    "below is the estimated error. It comes from the same contact on elements twice and four times as "
-    "large, in compression also with load steps twice as large, and for C also from C plus its own "
-    "estimated error."
+    "below is the estimated error, found by solving again on elements twice and four times as large, in "
+    "compression also with load steps twice as large, and for C with C changed by its estimated error."
 )
 
 
@@ -523,7 +517,7 @@ def cost(dataset: xr.Dataset) -> str:
     by_ics = dataset.seconds.sum("friction")
     each = ", ".join(f"{ics_symbol(name)} {float(by_ics.sel(ics=name)):.1f} s" for name in ics_names(dataset))
     dx, ds = (float(dataset[name][1] - dataset[name][0]) for name in ("x", "s"))
-    grid = f"{dataset.sizes['x']} x {dataset.sizes['s']} elements of {dx:.3g} x {ds:.3g} mm"
+    grid = f"{dataset.sizes['x']} × {dataset.sizes['s']} elements of {dx:.3g} × {ds:.3g} mm"
     about_c = ""
     if "C_seconds" in dataset.attrs:
         about_c = (

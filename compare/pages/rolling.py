@@ -63,7 +63,7 @@ def parts(dataset: xr.Dataset) -> PageParts:
         note=NOTE.format(symbol),
         doubts=list(doubts(dataset)),
         contact=contact,
-        work="Work of friction per unit of rolled distance and area (minus traction times slip).",
+        work="Work of friction per rolled distance and area: −(traction · slip).",
         further=[
             Folded("Pressures and tractions along the centre line", [tractions, centre_line(dataset)]),
             curve_tables(dataset),
@@ -155,11 +155,12 @@ def curve_tables(dataset: xr.Dataset) -> Folded:
             apart.append(Row(title, [_estimate_text(curve, key, 100.0) for key in ("largest", "rms")]))
     columns = [
         *(Column(label.symbol, label.unit) for label in labels.values()),
-        Column("ξ_0, distance of the displaced wheel", labels["zero_creepage"].unit),
+        Column("ξ_0 with the exact distance", labels["zero_creepage"].unit),
         Column("contacts took", "s"),
     ]
     sizes = numbers("largest", "root mean square", unit=difference_unit(dataset))
     meanings = "; ".join(f"{labels[name].symbol}: {OF_CURVE[name].meaning}" for name in OF_CURVE)
+    meanings += f", F_x = {dataset.attrs['equal_force']:g} × friction × load"
     return Folded(
         "Free rolling, and differences of the curves, at each friction coefficient",
         [
@@ -180,8 +181,8 @@ def remarks(dataset: xr.Dataset) -> Iterator[str]:
         linearised = solved.p_max.sel(xi=solved[f"{DISPLACED}xi"])
         p_max = 100 * (solved[f"{DISPLACED}p_max"] / linearised - 1)
         yield (
-            f"With {reference_symbol(dataset)}, the distance of the displaced wheel, used instead of the "
-            "linearised distance, would change two numbers: the creepage at F_x = 0 "
+            f"With {reference_symbol(dataset)}, the exact distance of the displaced wheel, used instead of "
+            "the linearised distance, would change two numbers: the creepage at F_x = 0 "
             f"({signed_text(extreme(zero), known)} %) and p_max ({number_text(extreme(p_max), '+.1f')} %)."
         )
 

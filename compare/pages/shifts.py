@@ -35,25 +35,28 @@ from femic.shifts.sides import SIDES
 
 
 ELASTIC = (
-    "Both wheels carry a vertical load of {load:g} kN. The contacts are elastic and frictionless: plastic "
-    "flow is not included. Strains are assumed small; finite strains may change the largest p_max by "
-    "{strain:.0f} MPa."
+    "Both wheels carry a vertical load of {load:g} kN. All contacts are elastic, without plastic flow. These "
+    "pressures are without friction{friction}. Strains are assumed small; finite strains may change the "
+    "largest p_max by {strain:.0f} MPa."
 )
+WITH_FRICTION = " (those with friction: “Creep forces” below)"
 REFERENCE = (
+    "ICs: A is the half-space, B̂ an approximation for curved surfaces, C the reference by finite elements. "
     "Differences are relative to C where it was computed (contact.c_above_deg), else to B̂, else to the last "
-    "ICs of contact.ics. B̂ is itself an approximation."
+    "ICs of contact.ics."
 )
 BARS = (
     "Bars are estimated errors from the size of the elements and from rounded points of the profile files. "
     "The estimated error of a difference is smaller: all ICs of a contact use the same elements and the same "
-    "points of the profiles, and these errors nearly cancel. The estimated error of C counts in full. The "
-    "answer is yes or no only where the difference is further from the limit than its estimated error."
+    "points of the profiles, and these errors nearly cancel; the error of C is included whole. Level dotted "
+    "lines are limits of 1 and 5 %. The answer is yes or no only where the difference is further from the "
+    "limit than its estimated error."
 )
 ZONES = (
-    "Dotted lines stand half way between two solved shifts where the patch nearest to the flange reaches "
-    "another part of the wheel. The flange root begins where the profile of the wheel is steeper than "
-    f"{figures.ROOT_ANGLE:g} degrees, the flange where it is within {figures.FACE:g} degrees of its "
-    "steepest place."
+    "Upright dotted lines: there the patch nearest to the flange reaches another part of the wheel, "
+    "somewhere between the two solved shifts beside the line. The flange root begins where the profile of "
+    f"the wheel is steeper than {figures.ROOT_ANGLE:g} degrees, the flange where it is within "
+    f"{figures.FACE:g} degrees of its steepest place."
 )
 FURTHER = "Circles are the largest pressures of the other patches of a contact."
 WITH_PLANAR = (
@@ -62,8 +65,8 @@ WITH_PLANAR = (
     "the estimated errors of both contacts are added."
 )
 WITH_C = (
-    "For C the bodies end in flanks of 60 degrees beside the contact. Its estimated error includes the "
-    "effect of nearer supports."
+    "With C both contours go on in straight flanks of 60 degrees beside the contact, up to a clamped edge. "
+    "Its estimated error includes the effect of an edge at half the distance."
 )
 ALIKE = "Both sides have the same profiles: each right contact is the left one at the opposite shift."
 PATCHES = (
@@ -75,23 +78,30 @@ CREEP_FORCES = (
     "Values with the best ICs of each contact. F_x is positive in the rolling direction. F_y is positive "
     "towards the middle of the track and includes the lateral part of the pressures. M_z is the moment about "
     "the vertical through the contact point, positive if it turns the front of the wheel outwards. Work is "
-    "that of friction per rolled distance (T-gamma). Utilised friction is the tangential force divided by "
-    "the sum of friction coefficient times pressure. p_max includes the effect of friction. Patches that are "
-    "close together share a grid and a row. The creepages of a patch are the rigid slip and the spin at its "
-    "centre of pressure. F_s and the slip along the profile are positive to the field side."
+    "the work of friction per rolled distance; forces times creepages (T-gamma) leave out that slip varies "
+    "over a curved patch. Utilised friction is the tangential force divided by the sum of friction "
+    "coefficient times pressure; with spin, tractions point in several directions, and a patch that slides "
+    "everywhere utilises less than 100 %. p_max includes the effect of friction. Patches that are close "
+    "together share a grid and a row. The creepages of a patch are the rigid slip, wheel minus rail and thus "
+    "of the other sign than ξ, and the spin at its centre of pressure. F_s and the slip along the profile "
+    "are positive to the field side."
 )
 ROLLING = (
     "Steady rolling with a coefficient of friction of {friction:g}{factor}. The creepage at the nominal "
-    "radius is {longitudinal} (free: no torque acts on the axle), the lateral velocity of the wheelset "
-    "{lateral:g} V to the left, the yaw rate {spin:g} V per mm to the left. Differences of forces are "
+    "radius is {longitudinal} (free: no torque acts on the axle). {moved} Differences of forces are "
     "relative to friction times load, {unit:.3g} kN, those of the work to the work with the reference."
+)
+STRAIGHT = "The wheelset neither moves along its axle nor yaws."
+MOVED = (
+    "The wheelset moves to the left at {lateral:g} times the speed V and yaws to the left by {spin:g} rad "
+    "per mm of track."
 )
 OF_AXLE = (
     "The creepage refers to the nominal radius. The steering moment comes from the longitudinal forces. It "
     "is positive if it turns the wheelset to the right; after a shift to the left this steers the wheelset "
-    "back to the middle. The torque about the axle uses the radius at which each traction acts. Divided by "
-    "the rolling radius, it differs from F_x by up to {:.0f} N. The lateral forces result from the contacts; "
-    "they are not the forces that a vehicle needs."
+    "back to the middle. The torque of a wheel uses the radius at which each traction acts; divided by the "
+    "rolling radius it differs from F_x by up to {:.0f} N. The lateral forces follow from the given shift; "
+    "the vehicle is not in equilibrium with them."
 )
 CONVENTION = (
     "A shift is the movement of the wheelset to the left at rail level. The roll follows because both wheels "
@@ -119,7 +129,9 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
     has_flange = any(figures.flange_limits(dataset, side) for side in SIDES)
     chart = [BARS, FURTHER if several else "", ZONES if has_flange else ""]
     assumed = [
-        ELASTIC.format(load=dataset.attrs["load"] / 1000, strain=strain),
+        ELASTIC.format(
+            load=dataset.attrs["load"] / 1000, friction=WITH_FRICTION if rolls else "", strain=strain
+        ),
         ALIKE if dataset.attrs["alike"] else "",
         REFERENCE if compared_ics(dataset) else "",
         WITH_PLANAR if PLANAR in dataset.ics else "",
@@ -135,7 +147,10 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
         factors = ", ".join(f"{factor:g} at {angle:g} degrees" for angle, factor in pairs)
         factor = f" times a factor that depends on the contact angle: {factors}" if pairs else ""
         unit = dataset.attrs["friction"] * dataset.attrs["load"] / 1000
-        note = ROLLING.format(**dataset.attrs, factor=factor, unit=unit)
+        moved = (STRAIGHT if not dataset.attrs["lateral"] and not dataset.attrs["spin"] else MOVED).format(
+            **dataset.attrs
+        )
+        note = ROLLING.format(**dataset.attrs, factor=factor, moved=moved, unit=unit)
         tables = rolling_table(dataset), rolling_table(dataset, by_area=True)
         yield Folded("Creep forces", [figures.forces(dataset), Note(note), *tables, Note(CREEP_FORCES)])
         note = OF_AXLE.format(float(np.nanmax(np.abs(dataset.resistance))))
@@ -249,14 +264,13 @@ def summary(dataset: xr.Dataset) -> str:
         groups.setdefault(tuple(decisions(dataset, ics, LIMIT).values), []).append(ics)
     sentences += [_verdict(dataset, names, decided) for decided, names in groups.items()]
     if groups:
-        sentences.append(f"The largest difference of p_max is {_largest_difference(dataset, (P_MAX,))}.")
+        sentences.append(f"Largest difference of p_max: {_largest_difference(dataset, (P_MAX,))}.")
     else:
         sentences.append("No other ICs were used, so nothing was compared.")
     if "F_x" in dataset and any(
         np.isfinite(difference(dataset, ics, F_X)).any() for ics in compared_ics(dataset)
     ):
-        found = _largest_difference(dataset, (F_X, F_Y))
-        sentences.append(f"The largest difference of creep forces is {found}.")
+        sentences.append(f"Largest difference of creep forces: {_largest_difference(dataset, (F_X, F_Y))}.")
     amplitude, value = f"{dataset.attrs['amplitude']:g} mm", float(dataset.attrs["conicity"])
     if np.isfinite(value):
         sentences.append(f"The equivalent conicity at an amplitude of {amplitude} is {value:.3f}.")
@@ -267,7 +281,11 @@ def summary(dataset: xr.Dataset) -> str:
 
 
 def _place(own: xr.Dataset) -> str:
-    return f"{number_text(own['shift'], 'g')} mm on the {own.side.item()} wheel"
+    return f"{_shift_text(own['shift'])} on the {own.side.item()} wheel"
+
+
+def _shift_text(shift: float | xr.DataArray) -> str:
+    return f"{number_text(shift, 'g')} mm"
 
 
 def _ics_text(name: str) -> str:
@@ -278,7 +296,7 @@ def _verdict(dataset: xr.Dataset, names: Sequence[str], decided: Sequence[str]) 
     """Return at which shifts p_max with some ICs, decided alike, is within the limit."""
     shifts = dataset["shift"].values
     found = {word: shift_ranges(shifts, [one == word for one in decided]) for word in (YES, NO, NOT_DECIDED)}
-    return VERDICTS[tuple(word for word in found if word in decided)].format(
+    text = VERDICTS[tuple(word for word in found if word in decided)].format(
         ics=join_words(map(_ics_text, names)),
         limit=f"{100 * LIMIT:g} %",
         reference=figures.reference_label(dataset, ics=names[0]),
@@ -286,6 +304,15 @@ def _verdict(dataset: xr.Dataset, names: Sequence[str], decided: Sequence[str]) 
         no=found[NO],
         open=found[NOT_DECIDED],
     )
+    if not any(_is_reference(dataset, name) for name in names):
+        return text
+    itself = "is the reference itself" if len(names) == 1 else "are the references themselves"
+    return f"{text.removesuffix('.')}; elsewhere {join_words(map(_ics_text, names))} {itself}."
+
+
+def _is_reference(dataset: xr.Dataset, ics: str, quantity: str = "p_max") -> bool:
+    """Return whether others are compared with some ICs at some shifts."""
+    return bool((figures.reference_names(dataset, quantity) == ics).any())
 
 
 # --- the answer -----------------------------------------------------------------------------------------
@@ -305,7 +332,8 @@ def answer_table(dataset: xr.Dataset) -> Table:
         for quantity in quantities:
             if not np.isfinite(difference(dataset, name, quantity)).any():
                 continue
-            label = f"{ics_symbol(name)}: {quantity.symbol}" if len(quantities) > 1 else ics_symbol(name)
+            where = " where C was computed" if _is_reference(dataset, name, quantity.name) else ""
+            label = f"{ics_symbol(name)}{where}{f': {quantity.symbol}' * (len(quantities) > 1)}"
             within = [decision_cell(dataset, name, limit, quantity) for limit in LIMITS]
             own, text = worst_difference(dataset, name, quantity)
             unit = PERCENT_SHARE if quantity.is_friction_share else "%"
@@ -313,7 +341,7 @@ def answer_table(dataset: xr.Dataset) -> Table:
     if not rows:
         return _largest_pressures(dataset)
     heads = texts(*(f"within {100 * limit:.0f} %" for limit in LIMITS), "largest difference")
-    return Table("p_max with" if len(quantities) == 1 else "with", heads, rows)
+    return Table("p_max with" if len(quantities) == 1 else "ICs: number", heads, rows)
 
 
 def decision_cell(dataset: xr.Dataset, ics: str, limit: float, quantity: Quantity = P_MAX) -> Cell:
@@ -356,7 +384,7 @@ def _largest_difference(dataset: xr.Dataset, quantities: Sequence[Quantity]) -> 
     own, text = worst_difference(dataset, ics, quantity)
     unit = PERCENT_SHARE if quantity.is_friction_share else "%"
     symbol = f"{quantity.symbol} " if len(quantities) > 1 else ""
-    return f"{text} {unit}: {symbol}with {_ics_text(ics)} at {_place(own)}"
+    return f"{text} {unit}, {symbol}with {_ics_text(ics)} at {_place(own)}"
 
 
 def _largest_pressures(dataset: xr.Dataset) -> Table:
@@ -395,7 +423,7 @@ PATCH: tuple[Shown, ...] = (
     ("lateral", "lateral", "kN", ".2f", 1e-3),
 )
 EACH_PATCH: tuple[Shown, ...] = (
-    ("patch_angle", "contact angle", "deg", ".1f", 1.0),
+    ("patch_angle", "angle of the patch", "deg", ".1f", 1.0),
     ("patch_normal_force", "force along its normal", "kN", ".2f", 1e-3),
     ("patch_share", "of the vertical load", "%", ".1f", 100.0),
     ("patch_p_max", "p_max", "MPa", ".0f", 1.0),
@@ -421,7 +449,7 @@ AXLE: tuple[Shown, ...] = (
     ("axle_torque", "torque", "N m", ".2f", 1e-3),
 )
 AREA: tuple[Shown, ...] = (
-    ("area_angle", "contact angle", "deg", ".1f", 1.0),
+    ("area_angle", "mean angle", "deg", ".1f", 1.0),
     ("area_centre", "centre on the rail", "mm", "+.2f", 1.0),
     ("area_F_n", "force along the normal", "kN", ".2f", 1e-3),
     ("area_p_max", "p_max", "MPa", ".0f", 1.0),
@@ -454,7 +482,7 @@ def _contacts(dataset: xr.Dataset, quantity: str = "") -> Iterator[tuple[str, xr
     """Yield all contacts with their names; of a quantity with their best ICs, where there are any."""
     for shift in dataset["shift"].values:
         for side in dataset.side.values:
-            own, label = dataset.sel(shift=shift, side=side), f"{shift:g} mm, {side}"
+            own, label = dataset.sel(shift=shift, side=side), f"{_shift_text(shift)}, {side}"
             if not quantity:
                 if np.isfinite(own.p_max.values).any():
                     yield label, own
@@ -485,7 +513,7 @@ def patch_table(dataset: xr.Dataset) -> Table:
         beside = f"{100 * float(best.beside):.1f} %" if best.patches > 1 else ""
         cells[4] = Cell(float(best.patches), ".0f", beside)
         rows.append(Row(label, cells))
-    return Table(CONTACT, _columns(PATCH), rows)
+    return Table(f"{CONTACT}; small: share of the load outside the main patch", _columns(PATCH), rows)
 
 
 def each_patch_table(dataset: xr.Dataset) -> Table:
@@ -524,7 +552,7 @@ def wheelset_table(dataset: xr.Dataset) -> Table:
             own = dataset.sel(shift=shift, ics=name)
             if np.isfinite(own.xi_0):
                 cells = [ics_symbol(str(name)), *_cells(own, AXLE, estimates=True)]
-                rows.append(Row("" if k else f"{shift:g} mm", cells))
+                rows.append(Row("" if k else _shift_text(shift), cells))
     return Table("shift", [*texts("ICs"), *_columns(AXLE)], rows)
 
 
@@ -536,7 +564,7 @@ def geometry_table(dataset: xr.Dataset) -> Table:
         own = standing.sel(shift=shift)
         angles = [Cell(float(angle), ".2f") for angle in own.contact_angle]
         lengths = [Cell(float(length), ".3f") for length in (*own.radius, own.rrd, own["roll"])]
-        rows.append(Row(f"{shift:g} mm", [*angles, *lengths]))
+        rows.append(Row(_shift_text(shift), [*angles, *lengths]))
     heads = [
         *numbers("angle left", "angle right", unit="deg"),
         *numbers("radius left", "radius right", "difference", unit="mm"),

@@ -44,21 +44,33 @@ WEARS = (
     "upper body, at s = {} mm."
 )
 NO_WEAR = "Nothing slides, so nothing is worn off."
-LOADED = "± is the estimated error. Load {}, friction coefficient {:g}, tractions of {}: p_max {:.0f} MPa."
+LOADED = (
+    "Load {}, friction coefficient {:g}{}; contact solved with {}: p_max {:.0f} MPa. ± is the estimated "
+    "error{}."
+)
+OF_LAW = ", of wear without that of the law"
 SECTION = (
     "Von Mises stress on the section of both bodies, seen along the track; s is the arc length of the lower "
-    "contour. × marks the largest stress of each actual body, which is cut at this x. The stresses of "
-    "half-spaces are drawn at the same distance along and below the surface."
+    "contour. × marks the largest stress of each actual body; the section is at its x. Stresses of "
+    "half-spaces are drawn at the same arc length and depth."
 )
 DEEPER = (
-    "The contours end where normals of the surface come close to each other. Below the middle of the patch "
-    "the stresses are known deeper, see the curves."
+    "The contours end where normals of the surface come close to each other. The curves below go "
+    "deeper, under the middle of the patch."
 )
 BANDS = "Bands: estimated error of the largest stress component in the actual body."
 WEAR = (
-    "Depth that a passage wears off the lower body, and a revolution off the upper body. Energy: law of "
-    "Krause and Poll. Twin disc: BRR function of T-gamma/area. Archard: wear map of KTH. Bars: estimated "
+    "Depth that a passage wears off the lower body, and a revolution off the upper body. {} Bars: estimated "
     "error of the largest depth."
+)
+LAWS = {
+    "energy": "Energy: law of Krause and Poll.",
+    "twin disc": "Twin disc: function of T-gamma over area by British Rail Research (BRR).",
+    "Archard": "Archard: wear map of the Royal Institute of Technology, Stockholm (KTH).",
+}
+WORK = (
+    "W is the work of friction per rolled distance. Tγ, forces times creepages, leaves out that slip varies "
+    "over a curved patch."
 )
 WORN = (
     "The lower body wears in {:g} passages and the upper body in {:g} revolutions, by the energy law, in {} "
@@ -70,8 +82,9 @@ SHAKEDOWN = (
     "x. It is exact for line contact and a lower bound for a patch that runs on one track."
 )
 FATIGUE = (
-    "Equivalent stress of Dang Van (c = {:.3g} in tension, {:.3g} in compression) for the load cycle of "
-    "one passage, starting without stress. Expect fatigue where it exceeds the fatigue limit in shear."
+    "Equivalent stress of Dang Van for the load cycle of one passage, without residual stresses; the "
+    "hydrostatic stress has the weight c = {:.3g} in tension and {:.3g} in compression. Expect fatigue where "
+    "it exceeds the fatigue limit in shear. Its error is not estimated."
 )
 CYCLE = (
     "Stress components along x, s and n of the surface above, at the point of the largest von Mises stress: "
@@ -129,7 +142,14 @@ def summary(dataset: xr.Dataset) -> str:
         )
     p_max = float(attributes["p_max_of_reference"])
     symbol = reference_symbol(dataset)
-    sentences.append(LOADED.format(attributes["load"], float(attributes["friction"]), symbol, p_max))
+    rolls = "xi" in dataset
+    creepage = (
+        f", longitudinal creepage {float(dataset.xi.sel(ics=attributes['reference'])):.2g}" if rolls else ""
+    )
+    law = OF_LAW if "ics" in dataset.dims else ""
+    sentences.append(
+        LOADED.format(attributes["load"], float(attributes["friction"]), creepage, symbol, p_max, law)
+    )
     return "\n".join(sentences)
 
 
@@ -196,7 +216,13 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
     yield Section("Where the stresses are", [section_chart(dataset), Note(" ".join(notes))])
     yield Section("How deep they go", [depth_curves(dataset), Note(BANDS)])
     if "ics" in dataset.dims:
-        yield Section("What a passage wears off", [wear_chart(dataset), Note(WEAR)])
+        yield Section(
+            "What a passage wears off",
+            [
+                wear_chart(dataset),
+                Note(WEAR.format(" ".join(LAWS[law] for law in map(str, dataset.law.values)))),
+            ],
+        )
     if "worn" in dataset:
         counts = attributes["passages"], attributes["revolutions"], int(dataset.wear_steps.max())
         blocks: list[Block] = [worn_table(dataset), worn_chart(dataset), Note(WORN.format(*counts))]
@@ -205,7 +231,10 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
     if all(bool(np.isfinite(dataset[f"estimate_{body}"]).all()) for body in bodies(dataset)):
         yield Folded("Estimated errors of the stresses", [estimate_chart(dataset)])
     if "ics" in dataset.dims:
-        yield Folded("Wear, shakedown and surface fatigue with each of the ICs", _by_ics(dataset))
+        further = "load_factor" in dataset or "surface_index" in dataset
+        yield Folded(
+            f"Wear{', shakedown and surface fatigue' * further} with each of the ICs", _by_ics(dataset)
+        )
     if "dang_van" in dataset:
         c = float(attributes["dang_van_hydrostatic"])
         note = Note(FATIGUE.format(c, c * float(attributes["dang_van_compression"])))
@@ -225,9 +254,9 @@ def _sections(dataset: xr.Dataset) -> Iterator[Section | Folded]:
 
 
 def _by_ics(dataset: xr.Dataset) -> list[Block]:
-    further = "" if "yield_stress" not in dataset.attrs else SHAKEDOWN
+    further = [WORK] * ("t_gamma" in dataset) + [SHAKEDOWN] * ("yield_stress" in dataset.attrs)
     below = f"The small number is the difference from the number with {reference_symbol(dataset)}."
-    return [damage_table(dataset), Note(" ".join(filter(None, (below, further))))]
+    return [damage_table(dataset), Note(" ".join((below, *further)))]
 
 
 # --- tables ---------------------------------------------------------------------------------------------
@@ -267,13 +296,14 @@ def answer_table(dataset: xr.Dataset) -> Table:
         for body in bodies(dataset):
             both = [dataset.sel(body=body, source=one) for one in compared(dataset)]
             cells = [
-                Cell(f"{float(one.dang_van):.4g} MPa", below=place_text(one, "dang_van")) for one in both
+                Cell(f"{with_estimate(one.dang_van, np.nan)} MPa", below=place_text(one, "dang_van"))
+                for one in both
             ]
             question = f"Fatigue limit in shear below which the {body} body fatigues (Dang Van)"
             values = [(float(one.dang_van), np.nan) for one in both]
             rows.append(Row(question, [*cells, _difference(values, np.nan)]))
-    heads = [*(source_label(dataset, one) for one in compared(dataset)), "half-space against actual body"]
-    return Table("question", heads, rows)
+    heads = [*(source_label(dataset, one) for one in compared(dataset)), "second relative to first column"]
+    return Table("result", heads, rows)
 
 
 def _damage_rows(dataset: xr.Dataset, others: Sequence[str]) -> Iterator[Row]:
@@ -330,8 +360,7 @@ def _difference(both: Sequence[tuple[float, float]], estimate: float) -> Cell:
     share, estimate = 100 * (other - value) / abs(value), 100 * estimate / abs(value)
     if np.isnan(estimate):
         return Cell(f"{number_text(share, '+.2g')} %")
-    text = with_estimate(share, estimate, signed=True)
-    return Cell(f"{text} %", below="" if verdict(abs(share), estimate, 0.0) == NO else NOT_DECIDED)
+    return Cell(f"{with_estimate(share, estimate, signed=True)} %")
 
 
 def stress_table(dataset: xr.Dataset) -> Table:
@@ -364,7 +393,11 @@ def stress_table(dataset: xr.Dataset) -> Table:
             )
         away = [100 * float(values.section_difference.sel(source=source)) for source in others]
         cells = [*(Cell("") for _ in range(5)), *(Cell(share, ".0f") for share in away)]
-        rows.append(Row(f"{body} body, σ_Mises anywhere on the section, of its largest value", cells))
+        rows.append(
+            Row(
+                f"{body} body, largest difference of σ_Mises on the section, in % of its largest value", cells
+            )
+        )
     return Table("stress", heads, rows)
 
 

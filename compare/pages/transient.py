@@ -62,8 +62,8 @@ def parts(dataset: xr.Dataset) -> PageParts:
         answer=answer(dataset),
         note=NOTE.format(symbol),
         contact=f"After {end}.",
-        work="The maps show the work of friction in the last step, per unit of rolled distance and area "
-        "(minus traction times slip).",
+        work="The maps show the work of friction in the last step, per rolled distance and area: "
+        "−(traction · slip).",
         doubts=list(doubts(dataset)),
         steady=STEADY,
     )

@@ -47,8 +47,8 @@ def read_texts(table):
 
 
 def read_number(text):
-    """The number and its estimate of a text such as "−684.3 ± 4.3"; one that is not resolved is 0."""
-    shown, _, known = text.replace(MINUS, "-").removesuffix(" %").partition(" ± ")
+    """The number and its estimate of a text such as "−684.3 ± 4.3 % at 1 N"; unresolved ones are 0."""
+    shown, _, known = text.partition(" at ")[0].replace(MINUS, "-").removesuffix(" %").partition(" ± ")
     return 0.0 if shown == "within" else float(shown), float(known or 0.0)
 
 

@@ -121,9 +121,10 @@ def test_the_answer_of_rolling_has_the_numbers_of_the_arrays(rolled):
 def test_ics_differ_most_at_the_friction_shown_first(rolled):
     worst = float(rolled.friction[int(rolled.largest.sel(ics="A").argmax("friction"))])
     assert worst_friction(rolled) == worst_friction(rolled.isel(friction=slice(None, None, -1))) == worst
-    said = f" The largest difference is at friction {worst:g}. "
-    assert said in rolling_page.parts(rolled).summary
-    assert "The largest difference" not in rolling_page.parts(rolled.isel(friction=[0])).summary
+    judged = rolling_page.answer(rolled).rows[1].filled[0].below
+    assert judged.endswith(f" at friction {worst:g}")
+    assert judged in rolling_page.parts(rolled).summary
+    assert " at friction " not in rolling_page.answer(rolled.isel(friction=[0])).rows[1].filled[0].below
     for chart in (rolling_page.creep_force(rolled), rolling_page.centre_line(rolled), numbers_chart(rolled)):
         content = read_chart(chart)
         assert content["labels"][content["start"]] == f"μ\u00a0=\u00a0{worst:g}"
@@ -250,7 +251,7 @@ def test_remarks_say_what_the_displaced_wheel_does_if_known(rolled):
     text = remarks(displaced_zero_creepage=zero - 3e-5, displaced_p_max=0.97 * p_max)
     assert "two numbers: the creepage at F_x = 0 (within ± 0.01" in text  # one of them differs by 0.003 %
     assert text.endswith("%) and p_max (−3.0 %).")
-    assert "With B̂, the distance of the displaced wheel" in text
+    assert "With B̂, the exact distance of the displaced wheel" in text
     assert "displaced wheel" not in remarks(displaced_zero_creepage=np.nan * zero)
 
 
