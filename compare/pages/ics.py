@@ -226,7 +226,7 @@ def _error_tables(scenes: Scenes) -> Iterator[Block]:
     )
     ics = next(iter(scenes.values())).ics
     largest = {name: scene.errors for name, scene in scenes.items()}
-    rms = {name: errors.assign(error=errors.rms, weight=np.nan) for name, errors in largest.items()}
+    rms = {name: errors.assign(error=errors.rms, weight=xr.full_like(errors.rms, np.nan)) for name, errors in largest.items()}
 
     def tables(errors: Mapping[str, xr.Dataset], heading: str) -> Iterator[Section]:
         for body in map(str, ics.body.values):
@@ -519,7 +519,10 @@ def further_chart(scenes: Mapping[str, xr.Dataset]) -> Chart:
     steps = {}
     for component in components_in(ics):
         on_others = [_with_differences(scenes, body, one, component) for one in lines_in(ics) if one != line]
-        of_others = [_line_panel(scenes, other, line, component) for other in others]
+        of_others = [
+            _panel(f"{other}, {line}", _parts(scenes, other, line, component), _looks(scenes))
+            for other in others
+        ]
         steps[component] = [*chain.from_iterable(on_others), *of_others]
     return Chart(
         "further_curves", steps, 2, "component", heights=0.75, start=_first_component(components_in(ics))
@@ -534,20 +537,18 @@ def main_line(ics: xr.Dataset) -> str:
 
 def _with_differences(scenes: Mapping[str, xr.Dataset], body: str, line: str, component: str) -> list[Panel]:
     """Return the panel of ICs of scenes on a line, and that of their differences from C."""
-    minus_c = {n: one.assign(ic=one.ic - one.ic.sel(variant="C", drop=True)) for n, one in scenes.items()}
-    differences = _line_panel(minus_c, body, line, component)
-    return [
-        _line_panel(scenes, body, line, component),
-        replace(differences, title=f"{differences.title}: minus C", up=f"Δ{differences.up}"),
-    ]
+    parts, looks, title = _parts(scenes, body, line, component), _looks(scenes), f"{body}, {line}"
+    minus_c = {n: one.assign(ic=one.ic - one.ic.sel(variant="C", drop=True)) for n, one in parts.items()}
+    differences = _panel(f"{title}: minus C", minus_c, looks)
+    return [_panel(title, parts, looks), replace(differences, up=f"Δ{differences.up}")]
 
 
-def _line_panel(scenes: Mapping[str, xr.Dataset], body: str, line: str, component: str) -> Panel:
-    """Return the panel of ICs of a body on a line by scene."""
+def _parts(scenes: Mapping[str, xr.Dataset], body: str, line: str, component: str) -> dict[str, xr.Dataset]:
+    """Return a component of a body on a line by scene; the half of it where the other half repeats it."""
     parts = {n: along_line(one, line, body, component, len(scenes) > 1) for n, one in scenes.items()}
     if all(is_mirrored(one, line) for one in scenes.values()):
-        parts = {n: part.isel(point=part["at"].values >= 0) for n, part in parts.items()}
-    return _panel(f"{body}, {line}", parts, _looks(scenes))
+        return {n: part.isel(point=part["at"].values >= 0) for n, part in parts.items()}
+    return parts
 
 
 def component_chart(ics: xr.Dataset, component: str) -> Chart:

@@ -41,17 +41,20 @@ def error_cell(
     return Cell(percent(error) + (VANISHING if vanishes else "") + mark, below=below, colour=colour(error))
 
 
-def component_cell(errors: xr.Dataset, *, is_estimate: bool, mark: str = "") -> Cell:
-    """Return the cell of a dataset with a single `error` [-], its `weight`, and whether it `vanishes`."""
-    error, weight, vanishes = (errors[name].item() for name in ("error", "weight", "vanishes"))
-    return error_cell(error, weight, vanishes=vanishes, mark=mark, is_estimate=is_estimate)
-
-
 def error_row(
     name: str, errors: xr.Dataset, components: Sequence[str], *, is_estimate: bool, place: str = ""
 ) -> Row:
-    """Return a row of errors of components; `errors` has the dims i and j, `place` is the first cell."""
-    cells = [component_cell(errors.sel(i=c[0], j=c[1]), is_estimate=is_estimate) for c in components]
+    """Return a row of errors [-] of components, their `weight`, and whether they are of one that `vanishes`.
+
+    `errors` has the dims i and j, `place` is the first cell.
+    """
+    found = [errors[variable].transpose("i", "j").values for variable in ("error", "weight", "vanishes")]
+    i, j = (errors[dim].values.tolist() for dim in "ij")
+    cells = []
+    for component in components:
+        at = i.index(component[0]), j.index(component[1])
+        error, weight, vanishes = (values[at].item() for values in found)
+        cells.append(error_cell(error, weight, vanishes=vanishes, is_estimate=is_estimate))
     return Row(name, [place, *cells] if place else cells)
 
 
