@@ -11,6 +11,7 @@ import xarray as xr
 
 from compare.report.charts import Chart, Curve, Panel
 from compare.report.looks import INK, Look, drawing_order, ics_looks, ics_symbol
+from compare.report.tables import number_text
 from compare.report.thinning import thin
 from compare.report.verdicts import NO, NOT_DECIDED, YES, decide
 from femic.contact.datasets import CHANGE, FLOOR, LARGER, estimate_of_difference
@@ -378,6 +379,11 @@ def geometry(dataset: xr.Dataset) -> Chart:
     return Chart("geometry", {"": panels}, 2, alt="Contact angles and rolling radii over the shift")
 
 
+def shift_text(shift: float | xr.DataArray) -> str:
+    """Return a shift with its unit."""
+    return f"{number_text(shift, 'g')} mm"
+
+
 def places(dataset: xr.Dataset) -> Chart:
     """Return sections of both wheels on their rails with their patches, and the patches, a step per shift.
 
@@ -388,9 +394,9 @@ def places(dataset: xr.Dataset) -> Chart:
     for shift in standing["shift"].values:
         at = standing.sel(shift=shift)
         sections = [_section(dataset, at, side) for side in sides]
-        steps[f"{shift:g} mm"] = [*sections, *(_patches(dataset, at, side) for side in sides)]
-    worst = float(dataset.p_max.max(["side", "ics"]).idxmax("shift"))
-    start = min(steps, key=lambda label: abs(float(label.split()[0]) - worst))
+        steps[shift_text(shift)] = [*sections, *(_patches(dataset, at, side) for side in sides)]
+    worst = dataset.p_max.max(["side", "ics"]).idxmax("shift")
+    start = shift_text(standing["shift"].sel(shift=worst, method="nearest"))
     return Chart("touching", steps, 2, "shift", 1.15, start, alt="Where wheels touch their rails")
 
 

@@ -21,6 +21,7 @@ from compare.pages.shift_figures import (
     decisions,
     difference,
     difference_estimate,
+    shift_text,
 )
 from compare.report.looks import ics_symbol
 from compare.report.parts import Folded, Items, Note, Page, Section, Verbatim, join_words, write_results
@@ -281,11 +282,7 @@ def summary(dataset: xr.Dataset) -> str:
 
 
 def _place(own: xr.Dataset) -> str:
-    return f"{_shift_text(own['shift'])} on the {own.side.item()} wheel"
-
-
-def _shift_text(shift: float | xr.DataArray) -> str:
-    return f"{number_text(shift, 'g')} mm"
+    return f"{shift_text(own['shift'])} on the {own.side.item()} wheel"
 
 
 def _ics_text(name: str) -> str:
@@ -482,7 +479,7 @@ def _contacts(dataset: xr.Dataset, quantity: str = "") -> Iterator[tuple[str, xr
     """Yield all contacts with their names; of a quantity with their best ICs, where there are any."""
     for shift in dataset["shift"].values:
         for side in dataset.side.values:
-            own, label = dataset.sel(shift=shift, side=side), f"{_shift_text(shift)}, {side}"
+            own, label = dataset.sel(shift=shift, side=side), f"{shift_text(shift)}, {side}"
             if not quantity:
                 if np.isfinite(own.p_max.values).any():
                     yield label, own
@@ -552,7 +549,7 @@ def wheelset_table(dataset: xr.Dataset) -> Table:
             own = dataset.sel(shift=shift, ics=name)
             if np.isfinite(own.xi_0):
                 cells = [ics_symbol(str(name)), *_cells(own, AXLE, estimates=True)]
-                rows.append(Row("" if k else _shift_text(shift), cells))
+                rows.append(Row("" if k else shift_text(shift), cells))
     return Table("shift", [*texts("ICs"), *_columns(AXLE)], rows)
 
 
@@ -564,7 +561,7 @@ def geometry_table(dataset: xr.Dataset) -> Table:
         own = standing.sel(shift=shift)
         angles = [Cell(float(angle), ".2f") for angle in own.contact_angle]
         lengths = [Cell(float(length), ".3f") for length in (*own.radius, own.rrd, own["roll"])]
-        rows.append(Row(_shift_text(shift), [*angles, *lengths]))
+        rows.append(Row(shift_text(shift), [*angles, *lengths]))
     heads = [
         *numbers("angle left", "angle right", unit="deg"),
         *numbers("radius left", "radius right", "difference", unit="mm"),

@@ -60,7 +60,7 @@
         own.scene[name] = { ...own.scene[name], gridcolor: css("--grid"), backgroundcolor: css("--paper"), color: css("--ink") };
     }
     return {
-      height, margin: { l: 52, r: 14, t: 10, b: 42 }, showlegend: false, hovermode: "x unified", uirevision: "kept",
+      height, margin: { l: 52, r: 14, t: 26, b: 42 }, showlegend: false, hovermode: "x unified", uirevision: "kept",
       paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", font: { family: "system-ui, sans-serif", size: 12, color: css("--ink") },
       modebar: { bgcolor: "rgba(0,0,0,0)", color: css("--dim"), activecolor: css("--mark") },
       hoverlabel: { bgcolor: css("--paper"), font: { color: css("--ink") } }, ...own,
