@@ -351,7 +351,7 @@ BODY_ROWS = {
 STAGES = "mesh", "assembly", "solution"
 
 
-def details(scene: SceneICs, pictures: Sequence[Picture]) -> Iterator[Folded]:
+def details(scene: SceneICs, pictures: Sequence[Chart | Picture]) -> Iterator[Folded]:
     """Yield the bodies with their pictures, the accuracy of C, cost and settings."""
     attributes = scene.ics.attrs
     bodies, domain, models = (json.loads(attributes[name]) for name in ("bodies", "domain", "models"))

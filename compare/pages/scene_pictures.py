@@ -2,17 +2,16 @@
 
 import logging
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from skfem import MeshTri
 
 from compare.report import views
+from compare.report.charts import Chart, Curve, Panel, simple_chart
+from compare.report.looks import FURTHER, INK, Look
 from compare.report.parts import Picture
-from compare.report.static import RC
 from femic.cache import folders
 from femic.results.ics import Results
 from femic.scenes.scene import Scene
@@ -23,18 +22,23 @@ log = logging.getLogger(__name__)
 
 ON_HUB = 1e-9  # share of the depth: a contour that ends closer to the hub ends on it
 BESIDE_OUTLINE = 1.1  # half-width of the whole section, over the size of an outline
-ON_TOP = 4  # order of drawing of lines and their marks: the patch does not hide them
-PATCH = "#f0e442"  # its colour: black marks of lines are seen upon it
-HALF_WINDOW = 1.4  # half-width of the zoomed section, over the largest |s| of the lines
+BESIDE_LINES = 1.4  # half-width of the section near the contact, over the largest |s| of the lines
+NEAR_PATCH = 8.0  # half-width of what is near the patch, over its larger half-side
+BODIES = {"lower": Look("#0072b2"), "upper": Look("#d55e00")}
+PATCH, MESH = Look("#cc79a7", width=5.0), Look("#0072b2", width=0.7)
+JOINT = Look(INK, "", "circle-open")
+CLAMPED_WIDTH = 3.0  # px
+HEIGHTS = 1.3  # of the charts, over the usual height
+SECTION, SURFACE = ("y [mm]", "z [mm]"), ("s [mm]", "x [mm]")
 
 
-def pictures(results: Results, folder: Path) -> Iterator[Picture]:
+def pictures(results: Results, folder: Path) -> Iterator[Chart | Picture]:
     """Yield the sections of a scene, and the meshes of its solved bodies, in a folder for those in 3D."""
     scene = results.scene
-    yield Picture("sections", sections(scene))
+    yield sections(scene)
     for body, reference in results.references.items():
         if reference.drawn is not None:
-            yield Picture(f"mesh_{body}", section_mesh(*reference.drawn, scene, body))
+            yield section_mesh(*reference.drawn, scene, body)
     engine = scene.settings.engine
     if not engine.has_fields:
         return
@@ -53,55 +57,65 @@ def pictures(results: Results, folder: Path) -> Iterator[Picture]:
             )
             views.draw_mesh(vertices, solid.mesh.t, patch, path, title=title)
             yield Picture(path.stem, path)
-    yield Picture("mesh_surface", surface_mesh(solid.trace.basis.mesh, scene, body, side=side))
+    yield surface_mesh(solid.trace.basis.mesh, scene, body, side=side)
 
 
-def sections(scene: Scene) -> Figure:
-    """Draw both sections, whole and near the contact, with the patch and the offset lines."""
-    with mpl.rc_context(RC):
-        figure = Figure(figsize=(11, 4.6), layout="constrained")
-        whole, near, plan = figure.subplots(1, 3)
-        for axes in (whole, near):
-            for name, colour in (("lower", "tab:blue"), ("upper", "tab:red")):
-                _draw_body(axes, scene.bodies[name], name, colour)
-            axes.set(aspect="equal", xlabel="y [mm]", ylabel="z [mm]")
-        window = HALF_WINDOW * max(np.max(np.abs(line.s)) for line in scene.lines)
-        near.set(xlim=(-window, window), ylim=(-window, window))
-        contour = scene.bodies["lower"].contour
-        patch = contour.position(scene.patch.s + np.linspace(-scene.patch.b, scene.patch.b, 9))
-        near.plot(*patch, color=PATCH, linewidth=4, label="patch")
-        for number, line in enumerate(scene.lines):  # in the colours that they have on the developed surface
-            points = contour.position(line.s if line.along == "s" else line.s[:1])
-            look = {"color": f"C{number}", "markeredgewidth": 1.5, "zorder": ON_TOP}
-            near.plot(*points, ":" if line.along == "s" else "x", label=f"line {line.name}", **look)
-        if contour.joints:
-            joints = contour.position(np.array(contour.joints))
-            near.plot(*joints, "ko", markersize=4, mfc="white", label="arc/flank joint")
-        outlines = [body.outline.size for body in scene.bodies.values() if body.outline is not None]
-        if outlines:  # the other body may have a far arc, and be much larger
-            limits = BESIDE_OUTLINE * max(outlines) * np.array([-1, 1])
-            whole.set(xlim=limits, ylim=limits)
-        whole.set_title("sections, clamped at the thick lines")
-        near.set_title("near the contact")
-        near.legend(loc="upper left", fontsize=8)
-        _draw_plan(plan, scene)
-        return figure
+# --- sections and the developed surface -----------------------------------------------------------------
 
 
-def _draw_body(axes: Axes, body: Body, name: str, colour: str) -> None:
-    far_radius = body.domain.far_radius
+def sections(scene: Scene) -> Chart:
+    """Return both sections, whole and near the contact, and the developed surface, with patch and lines."""
+    outlines = [body.outline.size for body in scene.bodies.values() if body.outline is not None]
+    # with an outline the other body may have a far arc, and be much larger
+    around = BESIDE_OUTLINE * max(outlines) if outlines else None
+    whole = [curve for name in scene.bodies for curve in _outline(scene.bodies[name], name)]
+    near = BESIDE_LINES * max(np.max(np.abs(line.s)) for line in scene.lines)
+    contour = scene.bodies["lower"].contour
+    reach = near + scene.patch.b  # of arc lengths that lie within the window
+    drawn = []
+    for name, look in BODIES.items():
+        start, end = np.clip(scene.bodies[name].s_range, -reach, reach)
+        points = scene.bodies[name].contour.position(np.linspace(start, end, 401))
+        drawn.append(_curve(f"{name} body", points, look))
+    patch = contour.position(scene.patch.s + np.linspace(-scene.patch.b, scene.patch.b, 9))
+    drawn += [_curve("patch", patch, PATCH)]
+    for line, look in zip(scene.lines, _line_looks(scene), strict=True):
+        along = line.along == "s"
+        mark = replace(look, dash="dot", marker="") if along else replace(look, dash="", marker="x")
+        drawn.append(_curve(f"line {line.name}", contour.position(line.s if along else line.s[:1]), mark))
+    if contour.joints:
+        drawn.append(_curve("joint of contour", contour.position(np.array(contour.joints)), JOINT))
+    limits = None if around is None else (-around, around)
+    panels = [
+        Panel(
+            "sections, clamped at the thick lines",
+            *SECTION,
+            whole,
+            to_scale=True,
+            limits_x=limits,
+            limits_y=limits,
+        ),
+        Panel(
+            "near the contact", *SECTION, drawn, to_scale=True, limits_x=(-near, near), limits_y=(-near, near)
+        ),
+        Panel("developed surface", *SURFACE, _plan(scene), marks=contour.joints),
+    ]
+    alt = "sections of both bodies, whole and near the contact, and the patch and the lines on the surface"
+    return simple_chart("sections", panels, 3, HEIGHTS, alt)
+
+
+def _outline(body: Body, name: str) -> Iterator[Curve]:
+    """Yield the boundary of a section: free, and clamped as a thick line."""
+    far_radius, look = body.domain.far_radius, BODIES[name]
     start, end = body.s_range
     s_near_contact = np.linspace(max(start, -0.1 * far_radius), min(end, 0.1 * far_radius), 401)
-    s = np.union1d(np.linspace(start, end, 801), s_near_contact)
-    contour = body.contour.position(s)
-    free = np.empty((2, 0)) if body.outline is None else body.outline.beyond(body.contour)
-    clamped = _closing(body, contour[:, -1], contour[:, 0]) if body.outline is None else body.outline.support
-    boundary = np.hstack([contour, clamped if body.outline is None else free])
-    axes.fill(*boundary, facecolor=colour, alpha=0.15, label=f"{name} body")
+    contour = body.contour.position(np.union1d(np.linspace(start, end, 801), s_near_contact))
+    free, clamped = contour, _closing(body, contour[:, -1], contour[:, 0])
     if body.outline is not None:
-        axes.plot(*np.hstack([contour[:, -1:], free, contour[:, :1]]), color=colour, linewidth=1)
-    axes.plot(*clamped, color=colour, linewidth=2.5)
-    axes.plot(*contour, color=colour, linewidth=1)
+        free = np.hstack([contour, body.outline.beyond(body.contour), contour[:, :1]])
+        clamped = body.outline.support
+    yield _curve(f"{name} body", free, look)
+    yield _curve(f"{name} body", clamped, replace(look, width=CLAMPED_WIDTH))
 
 
 def _closing(body: Body, right: Array, left: Array) -> Array:
@@ -118,60 +132,85 @@ def _closing(body: Body, right: Array, left: Array) -> Array:
     return np.hstack([arcs[0], arcs[1][:, ::-1]])
 
 
-def _draw_plan(axes: Axes, scene: Scene, side: int = 1) -> None:
-    """Draw lines and patch on the developed surface; side -1: mirrored in s."""
-    for number, line in enumerate(scene.lines):
-        axes.plot(side * line.s, line.x, color=f"C{number}", linewidth=1.2, label=f"line {line.name}")
+def _line_looks(scene: Scene) -> list[Look]:
+    """Return the looks of the lines, which are those of the sections, too."""
+    return [replace(FURTHER[number % len(FURTHER)], marker="") for number in range(len(scene.lines))]
+
+
+def _plan(scene: Scene, side: int = 1) -> list[Curve]:
+    """Return lines and patch on the developed surface; side -1: mirrored in s."""
     a, b, centre = scene.patch.a, scene.patch.b, side * scene.patch.s
-    axes.fill(centre + b * np.array([-1, 1, 1, -1]), [-a, -a, a, a], color=PATCH, label="patch", zorder=3)
-    for s in scene.bodies["lower"].contour.joints:
-        axes.axvline(side * s, color="grey", linestyle=":", linewidth=1)
-    axes.set(xlabel="s [mm]", ylabel="x [mm]", title="developed surface")
-    axes.legend(loc="upper left", fontsize=8)
+    lines = [
+        Curve(f"line {line.name}", side * line.s, line.x, look)
+        for line, look in zip(scene.lines, _line_looks(scene), strict=True)
+    ]
+    corners = centre + b * np.array([-1, 1, 1, -1, -1]), a * np.array([-1, -1, 1, 1, -1])
+    return [*lines, _curve("patch", np.stack(corners), replace(PATCH, width=2.0))]
 
 
-def surface_mesh(chart: MeshTri, scene: Scene, body: str, *, side: int) -> Figure:
-    """Draw the contact surface's mesh in its chart (x, s): where the lines run, and near the patch.
+# --- meshes ---------------------------------------------------------------------------------------------
+
+
+def surface_mesh(chart: MeshTri, scene: Scene, body: str, *, side: int) -> Chart:
+    """Return the contact surface's mesh in its chart (x, s): where the lines run, and near the patch.
 
     `side` -1: the model is the mirror image of the side of the patch.
     """
     x, s = chart.p
-    with mpl.rc_context(RC | {"axes.grid": False}):
-        figure = Figure(figsize=(10, 4.8), layout="constrained")
-        reach = max(float(np.max(np.abs(line.running))) for line in scene.lines)
-        windows = {
-            "where the lines run": (0.0, 1.2 * reach),
-            "near the patch": (side * scene.patch.s, 8 * max(scene.patch.a, scene.patch.b)),
-        }
-        for axes, (title, (centre, window)) in zip(figure.subplots(1, 2), windows.items(), strict=True):
-            axes.triplot(s, x, chart.t.T, linewidth=0.3, color="tab:blue")
-            _draw_plan(axes, scene, side)
-            axes.set(xlim=(max(s.min(), centre - window), centre + window), ylim=(0, window))
-            axes.set(aspect="equal", title=title)
-            axes.get_legend().remove()
-        figure.suptitle(f"surface mesh of the {body} body (modelled part; symmetry gives the rest)")
-        return figure
+    reach = max(float(np.max(np.abs(line.running))) for line in scene.lines)
+    windows = {
+        "where the lines run": (0.0, 1.2 * reach),
+        "near the patch": (side * scene.patch.s, NEAR_PATCH * max(scene.patch.a, scene.patch.b)),
+    }
+    panels = []
+    for title, (centre, window) in windows.items():
+        limits = (max(s.min(), centre - window), centre + window), (0.0, window)
+        curves = [_mesh(np.stack([s, x]), chart.t, *limits), *_plan(scene, side)]
+        panels.append(Panel(title, *SURFACE, curves, to_scale=True, limits_x=limits[0], limits_y=limits[1]))
+    alt = f"surface mesh of the {body} body (the modelled part; symmetry gives the rest)"
+    return simple_chart("mesh_surface", panels, 2, HEIGHTS, alt)
 
 
-def section_mesh(vertices: Array, triangles: Indices, scene: Scene, body: str) -> Figure:
-    """Draw the section's mesh, whole and near the patch; vertices (2, n) [mm], triangles (3, m)."""
-    y, z = vertices
-    with mpl.rc_context(RC | {"axes.grid": False}):
-        figure = Figure(figsize=(10, 4.8), layout="constrained")
-        patch_y, patch_z = scene.bodies[body].contour.position(scene.patch.s)
-        half_window = 8 * max(scene.patch.a, scene.patch.b)
-        whole, close_up = figure.subplots(1, 2)
-        for axes in (whole, close_up):
-            axes.triplot(y, z, triangles.T, linewidth=0.3, color="tab:blue")
-            axes.set(aspect="equal", xlabel="y [mm]", ylabel="z [mm]")
-        whole.set_title(f"{triangles.shape[1]:,} cells")
-        near = np.maximum(np.abs(y - patch_y), np.abs(z - patch_z)) <= half_window
-        room = 0.05 * half_window
-        close_up.set(
-            title="near the patch",
-            xlim=(np.min(y[near]) - room, np.max(y[near]) + room),
-            ylim=(np.min(z[near]) - room, np.max(z[near]) + room),
-        )
-        half = " (y ≥ 0: the other half is its mirror image)" if np.min(y) >= 0 else ""
-        figure.suptitle(f"section of the {body} body{half}")
-        return figure
+def section_mesh(vertices: Array, triangles: Indices, scene: Scene, body: str) -> Chart:
+    """Return the section's mesh, whole and near the patch; vertices (2, n) [mm], triangles (3, m)."""
+    window = NEAR_PATCH * max(scene.patch.a, scene.patch.b)
+    patch = scene.bodies[body].contour.position(scene.patch.s)
+    near = vertices[:, np.max(np.abs(vertices - patch[:, None]), axis=0) <= window]
+    room = 0.05 * window
+    limits = [
+        (float(low) - room, float(high) + room) for low, high in zip(near.min(1), near.max(1), strict=True)
+    ]
+    half = " (y ≥ 0: the other half is its mirror image)" if np.min(vertices[0]) >= 0 else ""
+    titles = f"{body} body{half}: {triangles.shape[1]:,} cells", f"{body} body, near the patch"
+    panels = [
+        Panel(titles[0], *SECTION, [_mesh(vertices, triangles)], to_scale=True),
+        Panel(
+            titles[1],
+            *SECTION,
+            [_mesh(vertices, triangles, *limits)],
+            to_scale=True,
+            limits_x=limits[0],
+            limits_y=limits[1],
+        ),
+    ]
+    return simple_chart(f"mesh_{body}", panels, 2, HEIGHTS, f"mesh of the section of the {body} body")
+
+
+def _mesh(
+    vertices: Array,
+    triangles: Indices,
+    across: tuple[float, float] = (-np.inf, np.inf),
+    up: tuple[float, float] = (-np.inf, np.inf),
+) -> Curve:
+    """Return the edges of triangles, each once, with a vertex within limits; NaN separates them."""
+    limits = np.array([across, up])
+    inside = np.all((vertices >= limits[:, :1]) & (vertices <= limits[:, 1:]), axis=0)
+    corners = triangles[:, inside[triangles].any(axis=0)]
+    edges = np.unique(np.sort(np.hstack([corners[[0, 1]], corners[[1, 2]], corners[[2, 0]]]), axis=0), axis=1)
+    points = np.full((2, edges.shape[1], 3), np.nan)
+    points[:, :, :2] = vertices[:, edges.T]
+    return _curve("mesh", points.reshape(2, -1), MESH)
+
+
+def _curve(label: str, points: Array, look: Look) -> Curve:
+    return Curve(label, points[0], points[1], look)

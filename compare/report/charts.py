@@ -230,9 +230,11 @@ class Chart:
         return {curve.label: curve.drawn_look for curve in curves if curve.label}
 
 
-def simple_chart(name: str, cells: Sequence[Cell], columns: int = 3, heights: float = 1.0) -> Chart:
+def simple_chart(
+    name: str, cells: Sequence[Cell], columns: int = 3, heights: float = 1.0, alt: str = ""
+) -> Chart:
     """Return a chart without a slider."""
-    return Chart(name, {"": cells}, columns, heights=heights)
+    return Chart(name, {"": cells}, columns, heights=heights, alt=alt)
 
 
 def make_curves(at: ArrayLike, values: Mapping[str, Array], estimate: ArrayLike | None = None) -> list[Curve]:

@@ -4,7 +4,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from compare.report.charts import Chart
 from femic.cache import folders
@@ -13,9 +12,6 @@ from femic.lazy import lazy_imports
 
 with lazy_imports():
     from compare.report import static
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 _formats: ContextVar[tuple[str, ...]] = ContextVar("formats of the files of figures", default=())
 
@@ -32,15 +28,9 @@ def figures_as(formats: Sequence[str]) -> Iterator[None]:
 
 def save_charts(charts: Iterable[Chart], folder: Path, prefix: str = "") -> None:
     """Write the figures of charts, drawn for paper, into a folder in the formats asked for, if any."""
-    if _formats.get():
-        for chart in charts:
-            for name, figure in static.pictures(chart).items():
-                save_all(figure, folder / f"{prefix}{name}")
-
-
-def save_all(figure: "Figure", path: Path) -> None:
-    """Write a figure in the formats asked for; the path has no ending, its folder is made."""
-    for name in _formats.get():
-        folders.make(path.parent)
-        with replacing(path.with_name(f"{path.name}.{name}")) as unfinished:
-            figure.savefig(unfinished, format=name)
+    for chart in charts if _formats.get() else ():
+        folders.make(folder)
+        for name, figure in static.pictures(chart).items():
+            for form in _formats.get():
+                with replacing(folder / f"{prefix}{name}.{form}") as unfinished:
+                    figure.savefig(unfinished, format=form)

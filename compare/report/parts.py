@@ -10,9 +10,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 import numpy as np
@@ -23,23 +21,20 @@ from numpy.typing import ArrayLike
 
 from compare.report import interactive
 from compare.report.charts import Chart
-from compare.report.files import save_all, save_charts
+from compare.report.files import save_charts
 from compare.report.tables import Cell, Row, Table, texts
 from femic.cache import folders
 from femic.cache.files import write_dataset, write_text
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 # --- pages ----------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure and the name of its file, without ending; or the path of an existing picture."""
+    """An existing picture, a PNG file, and its name."""
 
     name: str
-    figure: "Figure | Path"
+    path: Path
 
 
 @dataclass(frozen=True)
@@ -119,7 +114,7 @@ def write_page(page: Page, path: Path, prefix: str = "") -> Path:
         loader=PackageLoader("compare.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
     environment.filters["kind"] = lambda block: type(block).__name__
-    environment.filters["embedded"] = lambda block: _embed(block, figures, prefix)
+    environment.filters["embedded"] = _embed
     environment.filters["explorable"] = interactive.as_json
     environment.filters["typeset"] = lambda text: Markup(INDICES.sub(r"\1<sub>\2</sub>", str(escape(text))))
     sections = list(page.sections)
@@ -138,16 +133,9 @@ def _charts(blocks: Iterable[Block]) -> Iterator[Chart]:
         yield from _charts(getattr(block, "blocks", ()))
 
 
-def _embed(block: Picture, folder: Path, prefix: str) -> str:
-    """Return a picture as a data URL; its figure is written in the formats asked for."""
-    if isinstance(block.figure, Path):
-        content = block.figure.read_bytes()
-    else:
-        save_all(block.figure, folder / f"{prefix}{block.name}")
-        file = BytesIO()
-        block.figure.savefig(file, format="png")
-        content = file.getvalue()
-    return f"data:image/png;base64,{base64.b64encode(content).decode()}"
+def _embed(block: Picture) -> str:
+    """Return a picture as a data URL."""
+    return f"data:image/png;base64,{base64.b64encode(block.path.read_bytes()).decode()}"
 
 
 def join_words(words: Iterable[str]) -> str:

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import trapezoid
 from skfem import MeshTri
 
-from compare.pages.scene_pictures import _closing, pictures, sections, surface_mesh
+from compare.pages.scene_pictures import _closing, _mesh, pictures, sections, surface_mesh
 from compare.report import views
 from femic.reference.run_options import Level
 from femic.results.ics import jobs
@@ -64,6 +64,11 @@ def test_clamped_line_of_ball_ends_with_hub():
     np.testing.assert_allclose(z, 40.0, rtol=1e-9)
 
 
+def curves_of(panel):
+    """The curves of a panel by their labels."""
+    return {curve.label: curve for curve in panel.curves}
+
+
 def off_centre(s, folder, flanks="25.0"):
     line = f'\n[[lines]]\nalong = "x"\ns = {s}\nreach = 3.0\n'
     text = scene_text('bodies = ["lower"]\ncomponents = ["nn"]', flanks=flanks, lines=line)
@@ -76,13 +81,13 @@ def off_centre(s, folder, flanks="25.0"):
 def test_surface_mesh_is_shown_on_modelled_side_of_patch(s, side, tmp_path):
     chart = MeshTri.init_tensor(np.linspace(0, 10, 5), np.linspace(0 if side * s > 0 else -10, 10, 5))
     patch = [side * s - 0.2, side * s + 0.2]
-    whole, near = surface_mesh(chart, off_centre(s, tmp_path), "lower", side=side).axes
-    for axes in (whole, near):
-        corners = axes.patches[0].get_xy()[:, 0]
+    (whole, near) = surface_mesh(chart, off_centre(s, tmp_path), "lower", side=side).cells
+    for panel in (whole, near):
+        corners = curves_of(panel)["patch"].x
         np.testing.assert_allclose([corners.min(), corners.max()], patch)
-        low, high = axes.get_xlim()
+        low, high = panel.limits_x
         assert low < patch[0] < patch[1] < high
-    np.testing.assert_allclose(near.get_xlim(), [max(side * s - 2.4, chart.p[1].min()), side * s + 2.4])
+    np.testing.assert_allclose(near.limits_x, [max(side * s - 2.4, chart.p[1].min()), side * s + 2.4])
 
 
 @pytest.mark.parametrize(
@@ -102,27 +107,35 @@ def test_close_up_is_centred_on_modelled_side(s, flanks, shown, tmp_path, monkey
 
 def test_no_line_crosses_a_body_from_one_end_of_its_contour_to_the_other():
     scene = load_scene("geometry1")
-    whole = sections(scene).axes[0]
-    assert len(whole.get_lines()) == 4  # contour and far arc of each body
+    whole = sections(scene).cells[0]
+    assert len(whole.curves) == 4  # contour and far arc of each body
     reach = scene.bodies["lower"].domain.far_radius
-    for line in whole.get_lines():
-        lengths = np.hypot(*np.diff(line.get_xydata(), axis=0).T)
-        assert np.max(lengths) < 0.1 * reach
+    for curve in whole.curves:
+        assert np.max(np.hypot(*np.diff(curve.points))) < 0.1 * reach
 
 
 def test_a_line_has_the_same_colour_in_the_section_and_on_the_surface_and_marks_are_alike():
     scene = load_scene("geometry1")
-    _, near, plan = sections(scene).axes
-    shown = {
-        line.name: [
-            next(one for one in axes.get_lines() if one.get_label() == f"line {line.name}")
-            for axes in (near, plan)
-        ]
-        for line in scene.lines
-    }
-    assert len({one.get_color() for one, _ in shown.values()}) == len(scene.lines)
-    assert all(one.get_color() == other.get_color() for one, other in shown.values())
-    marks = [shown[line.name][0] for line in scene.lines if line.along == "x"]
+    _, near, plan = sections(scene).cells
+    names = [f"line {line.name}" for line in scene.lines]
+    shown = {name: [curves_of(panel)[name].look for panel in (near, plan)] for name in names}
+    assert len({one.colour for one, _ in shown.values()}) == len(scene.lines)
+    assert all(one.colour == other.colour for one, other in shown.values())
+    marks = [shown[f"line {line.name}"][0] for line in scene.lines if line.along == "x"]
     assert len(marks) == 2
-    assert len({(one.get_marker(), one.get_markersize(), one.get_markeredgewidth()) for one in marks}) == 1
-    assert all(one.get_zorder() > max(patch.get_zorder() for patch in near.patches) for one in marks)
+    assert len({(one.marker, one.dash) for one in marks}) == 1
+    order = [curve.label for curve in near.curves]
+    assert all(order.index("patch") < order.index(name) for name in names)  # the patch does not hide them
+
+
+def test_a_mesh_has_each_edge_once_and_near_the_patch_only_what_is_seen():
+    mesh = MeshTri.init_tensor(np.linspace(0, 4, 5), np.linspace(0, 4, 5))
+    whole = _mesh(mesh.p, mesh.t)
+    ends = np.reshape(whole.points, (2, -1, 3))
+    assert np.isnan(ends[:, :, 2]).all()
+    edges = {frozenset(map(tuple, ends[:, k, :2].T)) for k in range(ends.shape[1])}
+    assert len(edges) == ends.shape[1] == mesh.facets.shape[1]
+    assert edges == {frozenset(map(tuple, mesh.p[:, facet].T)) for facet in mesh.facets.T}
+    corner = np.reshape(_mesh(mesh.p, mesh.t, (0.0, 0.5), (0.0, 0.5)).points, (2, -1, 3))[:, :, :2]
+    assert corner.max() == 1.0
+    assert 0 < corner.shape[1] < ends.shape[1]

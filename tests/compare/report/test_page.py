@@ -2,6 +2,7 @@
 
 import os
 import re
+from base64 import b64decode
 from html import unescape
 
 import numpy as np
@@ -9,7 +10,6 @@ import pytest
 import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
-from matplotlib.figure import Figure
 
 from compare.report.errors import error_cell
 from compare.report.parts import (
@@ -133,20 +133,20 @@ def test_doubts_stand_between_the_answer_and_the_sections_and_nothing_where_ther
     assert 'class="doubts"' not in certain
 
 
-def test_figures_are_embedded(tmp_path):
-    sections = [Section(name, [Picture(name, Figure())]) for name in ("first", "second")]
+def test_pictures_are_embedded_and_the_dataset_is_beside_the_page(tmp_path):
+    drawn = {name: tmp_path / f"{name}.png" for name in ("first", "second")}
+    for name, path in drawn.items():
+        path.write_bytes(name.encode())
+    sections = [Section(name, [Picture(name, path)]) for name, path in drawn.items()]
     path = write_results(Page("t", "s", sections), tmp_path / "new", "mine", xr.Dataset({"a": 1}))
     assert path == tmp_path / "new" / "mine.html"
     assert xr.open_dataset(tmp_path / "new" / "mine.nc").a == 1
     html = path.read_text(encoding="utf-8")
-    assert re.findall(r'alt="(\w+)" src="data:image/png;base64,iVBOR', html) == ["first", "second"]
-
-
-def test_existing_picture_is_embedded(tmp_path):
-    drawn = tmp_path / "mesh.png"
-    drawn.write_bytes(b"a picture")
-    assert 'src="data:image/png;base64,YSBwaWN0dXJl"' in html_of(tmp_path, Picture("mesh", drawn))
-    assert not (tmp_path / "figures").exists()
+    embedded = re.findall(r'alt="(\w+)" src="data:image/png;base64,([^"]*)"', html)
+    assert [(name, b64decode(content).decode()) for name, content in embedded] == [
+        (name, name) for name in drawn
+    ]
+    assert not (tmp_path / "new" / "figures").exists()
 
 
 @pytest.mark.parametrize(

@@ -77,7 +77,7 @@ def test_harmonic_run_solves_no_3d_model_and_reports_wavenumbers(write_scene, tm
     html = (out / "report.html").read_text(encoding="utf-8")
     assert "infinite along x" in html
     assert "wavenumbers" in html
-    assert 'alt="mesh_lower"' in html
+    assert 'id="chart-mesh_lower"' in html
     assert not (out / "figures").exists()  # nothing was asked for
 
 

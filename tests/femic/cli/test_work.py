@@ -6,11 +6,10 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 from rich.console import Console
 
 from compare.report.charts import Curve, Panel, simple_chart
-from compare.report.parts import Folded, Page, Picture, Section, write_page
+from compare.report.parts import Folded, Page, Section, write_page
 from femic.cache.digests import code_digest
 from femic.cache.folders import LOCK, locked
 from femic.cli.main import FAILED, WRONG_INPUT, exit_code
@@ -164,7 +163,10 @@ def written_page(folder, *blocks):
 )
 def test_figures_are_written_in_the_formats_named_and_none_without(tmp_path, formats, names):
     with Work(figures=formats).options(tmp_path, Console(quiet=True)):
-        written_page(tmp_path, Folded("more", [Picture("two", Figure())]))
+        written_page(
+            tmp_path,
+            Folded("more", [simple_chart("two", [Panel("", "x", "y", [Curve("A", [0, 1], [0, 1])])])]),
+        )
     assert {path.name for path in tmp_path.glob("figures/*")} == names
 
 
