@@ -123,9 +123,9 @@ PRESSURES = (
     Wanted("approach to 5 %", "approach", 0.05),
 )
 FORCES = (
-    Wanted("F_x to 2.5 % of friction × load, at half the friction limit", "half", 0.025),
-    Wanted("F_x to 5 % of friction × load, at half the friction limit", "half", 0.05),
-    Wanted("F_x to 5 % of friction × load, at free rolling", "free", 0.05),
+    Wanted("F_x to 2.5 %, at half the friction limit", "half", 0.025),
+    Wanted("F_x to 5 %, at half the friction limit", "half", 0.05),
+    Wanted("F_x to 5 %, at free rolling", "free", 0.05),
 )
 
 
