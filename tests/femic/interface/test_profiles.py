@@ -116,7 +116,7 @@ def study():
     tables = {"contact": {"ics": ["A"], "load": 1e3, "elements": 12}, "wheel": {"E": 105e3}}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(wheelset_contacts, "conicity", lambda *_, **__: xr.Dataset())
-        return femic.compute_shifts(RAIL, CONE, [0.0, 1.0], tables=tables)
+        return femic.compute_shifts(RAIL, CONE, [0.0, 1.0], tables=tables, options=femic.Options(workers=1))
 
 
 def test_a_cone_on_the_crown_presses_as_hertz_says(study):
