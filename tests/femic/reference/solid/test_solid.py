@@ -185,7 +185,7 @@ def test_observers_interpolate_a_quadratic_field_exactly(half_model):
 # --- loads on both sides of the crown, before and after the discount -----------------------------------
 
 HERE, THERE = -1.5, 2.5
-FINE = replace(COARSE, smallest=0.1)
+FINE = replace(COARSE, smallest=0.1, growth=0.3, line_growth=0.2)
 FINER = replace(COARSE, smallest=0.08, growth=0.25, line_growth=0.15)
 BODIES = {"rail": (LOWER, np.inf, FINE), "wheel": (UPPER, 80.0, FINER)}
 
