@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from approx import calibration
 from approx.calibration import EXPONENTS, FEWEST, R_INF_REACH, Target, fit, pointwise_k
 from approx.effective import EffectiveProperties, Transition
 from approx.pair import Pair, Solid
@@ -22,6 +23,8 @@ CONTOUR = arc(10.0, 0.5, 0.6)
 RAIL, WHEEL = Solid(STEEL, Surface(LOWER, CONTOUR)), Solid(BRASS, Surface(UPPER, CONTOUR, 300.0))
 X = np.tile(np.linspace(0.5, 25.0, 26), 2)
 S = np.repeat([0.0, 1.6], 26)
+
+ALL_STARTS = {name: getattr(calibration, name) for name in ("START_GRID", "STARTS", "FINALISTS")}
 
 
 def target(effective, solid=None, components=("xn",), *, x=X, s=S):
@@ -82,7 +85,24 @@ def disturbed(size=0.01, seed=0):
 
 
 @pytest.fixture(scope="module")
-def fitted():
+def _few_starts():
+    """For fits that are compared with each other; that the best minimum is found, others see."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(calibration, "START_GRID", (12, 6, 6))
+        patch.setattr(calibration, "STARTS", 3)
+        patch.setattr(calibration, "FINALISTS", 2)
+        yield
+
+
+@pytest.fixture
+def _all_starts(monkeypatch):
+    """As many starts as there are, also after a test with few."""
+    for name, value in ALL_STARTS.items():
+        monkeypatch.setattr(calibration, name, value)
+
+
+@pytest.fixture(scope="module")
+def fitted(_few_starts):
     return fit(disturbed())
 
 
@@ -127,6 +147,7 @@ def test_units_do_not_matter(fitted):
     np.testing.assert_allclose(got * np.array([1, 1e3, 1, 1]), expected, rtol=1e-5)
 
 
+@pytest.mark.usefixtures("_few_starts")
 def test_points_of_weight_0_do_not_count():
     data = disturbed()
     wrong = np.arange(len(X)) % 5 == 2
@@ -136,6 +157,7 @@ def test_points_of_weight_0_do_not_count():
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("_all_starts")
 def test_deviations_match_the_scatter_of_fits_to_noise():
     """Noise drawn again and again: parameters scatter as the covariance says."""
     result = [fit(disturbed(0.003, seed)) for seed in range(40)]
@@ -145,6 +167,7 @@ def test_deviations_match_the_scatter_of_fits_to_noise():
     assert np.all((ratio > 0.6) & (ratio < 1.6))
 
 
+@pytest.mark.usefixtures("_all_starts")
 def test_of_parameters_only_those_are_fitted_that_the_data_determine():
     """All of a transition amid the points; only the far value beyond it; none of a constant property."""
     amid = fit(target(EffectiveProperties(mismatch_k=Transition(-0.4, 14.0, 1.6, 4.0))))
@@ -162,6 +185,7 @@ def test_of_parameters_only_those_are_fitted_that_the_data_determine():
     assert (beyond.worst[0] < 1e-6, constant.worst[0] < 1e-12) == (True, True)
 
 
+@pytest.mark.usefixtures("_few_starts")
 def test_errors_of_the_target_widen_the_deviations():
     exact = target(EffectiveProperties(mismatch_k=TRUE))
     known = 1e-4 * np.max(np.abs(exact.ics))

@@ -24,7 +24,7 @@ logging.getLogger("skfem").setLevel(logging.ERROR)
 
 STEEL = Material(210e3, 0.28)
 SMALL = Domain(40.0, 50.0)
-COARSE = Cells(0.2, 0.3, 0.2)
+COARSE = Cells(0.2, 0.45, 0.3)
 UNSYMMETRIC = contours.arc(8.0, np.radians(20), np.radians(35))
 SYMMETRIC = contours.arc(10.0, np.radians(25.5), np.radians(25.5))
 PATCH = Patch(0.3, 0.5)

@@ -19,10 +19,10 @@ from geometries.materials import Material
 from geometries.patches import Load, Patch
 from geometries.surfaces import LOWER
 
-BODY = Body(LOWER, arc(10.0, 0.3, 0.4), Material(210e3, 0.28), Domain(100.0, np.inf))
+BODY = Body(LOWER, arc(10.0, 0.3, 0.4), Material(210e3, 0.28), Domain(60.0, np.inf))
 LOADS = tuple(Load(Patch(0.4, 0.5), direction) for direction in range(3))
 POINTS = Points(np.array([0.0, 1.0, 2.0]), np.array([0.0, 0.5, 1.5]))
-TASK = Task("lower", Level(), HarmonicRequest(BODY, LOADS, POINTS, Cells(0.1, 0.5, 0.5), 1e-9), 100_000)
+TASK = Task("lower", Level(), HarmonicRequest(BODY, LOADS, POINTS, Cells(0.2, 0.7, 0.7), 1e-8), 100_000)
 
 
 def main(location: str, log: str) -> None:

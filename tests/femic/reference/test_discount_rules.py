@@ -19,6 +19,7 @@ from geometries.contours import arc, ellipse
 from geometries.materials import Material
 from geometries.patches import Grid, Load, N, Patch, S
 from geometries.surfaces import LOWER, UPPER
+from tests.coarse import coarse_sections
 from tests.femic.reference.harmonic.fields import raw_ics
 
 RADIUS, NU, FAR = 10.0, 0.28, 320.0
@@ -88,7 +89,8 @@ def test_nothing_is_subtracted_without_a_rule_or_without_loads():
 def found_on(grid, discounts=("approach", "source"), far=FAR):
     body = body_of(LOWER, arc(RADIUS, 1.1, 1.1), np.inf, far=far)
     job = MatrixJob(body, grid, Settings(HARMONIC, 0.1, approach_side=0.3), ("nn",), discounts)
-    return matrices({"lower": job}, RunOptions(1))["lower"]
+    with coarse_sections():
+        return matrices({"lower": job}, RunOptions(1))["lower"]
 
 
 COARSE, FINE = (Grid(2, n, 2.4 / n, 4.8 / n) for n in (4, 6))

@@ -44,7 +44,7 @@ def request(case, accuracy=None):
     body = Body(side, contour, STEEL, Domain(320.0, np.inf), rolling_radius)
     loads = tuple(Load(Patch(a, b), direction) for direction in (1, 2))
     accuracy = share / (2 * np.pi * STEEL.G * 8.0) if accuracy is None else accuracy
-    return HarmonicRequest(body, loads, OBSERVED, Cells(b / 2, 0.8, 0.8), accuracy)
+    return HarmonicRequest(body, loads, OBSERVED, Cells(b, 1.2, 1.2), accuracy)
 
 
 @pytest.mark.parametrize(

@@ -100,7 +100,7 @@ def test_a_grid_that_misses_the_contact_is_said_with_the_place_of_both(tmp_path,
 
 
 def test_mix_without_a_fit_is_said(tmp_path, capsys):
-    path = shifted_scene(tmp_path)
+    path = shifted_scene(tmp_path, GIVEN)
     assert exit_code(["export", str(path), "--out", str(tmp_path), "--ics", "mix"]) == DONE
     assert "mix: the scene has no effective properties, so xn is taken from A" in capsys.readouterr().out
     path.write_text(path.read_text() + FIT)

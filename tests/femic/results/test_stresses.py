@@ -269,9 +269,9 @@ def test_options_take_the_place_of_keys(tmp_path, monkeypatch):
 def test_large_radii_have_hertz_s_largest_shear_and_its_depth():
     """A wheel with a straight contour on a rail, both of radius 400 mm: a circular patch."""
     rail = {"contour": {"kind": "arc", "radius": 400.0, "flank_inclination_deg": 10.0}}
-    keys = {"loads": [2e3, 20e3], "ics": ["A"], "elements": 16}
+    keys = {"loads": [2e3, 20e3], "ics": ["A"], "elements": 14}
     of = scene(lower=rail, upper={"contour": {"kind": "plane"}}, **keys)
-    with lattices(3, 5, 33):
+    with lattices(3, 3, 33):
         dataset = compute_stresses(with_tables(of, **FINER), ONE).sel(source=ACTUAL)
     contact_modulus = 210e3 / (2 * (1 - 0.3**2))
     a = (3 * 20e3 * 400 / (4 * contact_modulus)) ** (1 / 3)
@@ -279,7 +279,7 @@ def test_large_radii_have_hertz_s_largest_shear_and_its_depth():
     for body in dataset.body.values:
         shear, depth = tresca(dataset[f"stress_{body}"].values) / 2, dataset[f"depth_{body}"].values
         *_, at = np.unravel_index(np.argmax(shear), shear.shape)
-        # Johnson (1985), section 3.4, nu = 0.3; 16 elements over the patch, curvature of a / R = 0.6 %
+        # Johnson (1985), section 3.4, nu = 0.3; 14 elements over the patch, curvature of a / R = 0.6 %
         assert shear.max() == pytest.approx(0.310 * p_0, rel=0.02)
         assert depth[at] == pytest.approx(0.481 * a, abs=np.diff(depth)[at])
 

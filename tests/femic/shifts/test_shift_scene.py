@@ -21,7 +21,7 @@ from geometries.errors import WrongInput
 from geometries.profiles.standards import standard
 from geometries.track.wheelset import settle
 
-ELEMENTS, LOAD = 10, 80e3
+ELEMENTS, LOAD = 8, 80e3
 NAMES = ["p_max", "estimate_p_max", "approach", "lateral"]
 TABLE = {
     "shifts": [5.5],

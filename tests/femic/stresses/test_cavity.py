@@ -24,7 +24,7 @@ from tests.femic.contact.exact.pin import PinInHole
 from tests.femic.stresses.samples import STEEL, section_points
 from tests.truths.hollow_cylinder import amplitudes, solutions
 
-INNER, OUTER, LENGTH, STRIPS = 10.0, 20.0, 240.0, 64
+INNER, OUTER, LENGTH, STRIPS = 10.0, 20.0, 240.0, 48
 KAPPA = 3 - 4 * STEEL.nu
 DELTA = np.array([0.9, 1.3, 1.8, 2.2])
 DEPTH = np.array([0.0, 0.1, 0.5, 1.5, 3.0, 7.0])

@@ -9,13 +9,14 @@ from scipy.interpolate import LinearNDInterpolator
 from femic.contact.finite_elements.coupling import on_upper
 from femic.contact.finite_elements.meshed_contact import mesh_bodies, solved, supported_bodies
 from femic.contact.finite_elements.result import hertz_patch
+from femic.reference.meshing import Cells
 from femic.reference.solid.fields import figure_grid, nodal_fields, stress
 from femic.scenes.load import load_scene
 from femic.stresses.engine import StressSettings, stress_field
 from femic.stresses.field import von_mises
 from femic.stresses.points import InnerPoints, SurfaceTractions, points_at
 from geometries.patches import Grid, Patch
-from tests.femic.reference.conftest import COARSE, UNSYMMETRIC, request_for
+from tests.femic.reference.conftest import UNSYMMETRIC, request_for
 
 LOAD, CELLS, ELEMENTS = 7.4e3, 15.0, 48  # N, along the shorter half-length, along x and s
 
@@ -85,7 +86,7 @@ def test_deeper_than_two_cells_stresses_are_those_of_finite_elements(contact, si
 
 
 PATCH = Patch(0.6, 0.9, 1.0)
-TETRAHEDRA = COARSE.scaled(0.6)
+TETRAHEDRA = Cells(0.12, 0.18, 0.12)
 SHALLOWEST, FURTHEST = 1.0, 4.0  # mm; nearer the patch the tetrahedra are too large
 
 

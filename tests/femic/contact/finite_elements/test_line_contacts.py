@@ -156,7 +156,7 @@ def test_a_cylinder_on_a_block_converges_to_hertz():
     line = LineContact(1 / radius, combined_modulus(STEEL, BRASS))
     load = np.pi * line.modulus * half_width**2 / (4 * radius)
     errors = []
-    for count in (5.0, 10.0):
+    for count in (4.0, 8.0):
         cells = Cells(half_width / count, count)
         mesh = {"cells": cells, "equal_to": 1.4 * half_width + 2 * cells.smallest}
         lower = block(STEEL, depth=FAR * half_width, **mesh)
@@ -170,7 +170,7 @@ def test_a_cylinder_on_a_block_converges_to_hertz():
 
 @pytest.mark.parametrize(
     ("materials", "half_angle", "count"),
-    [((STEEL, STEEL), 45.0, 10.0), (SIMILAR, 45.0, 10.0), ((STEEL, STEEL), 60.0, 14.0)],
+    [((STEEL, STEEL), 45.0, 8.0), (SIMILAR, 45.0, 8.0), ((STEEL, STEEL), 60.0, 11.0)],
     ids=["equal", "similar", "equal, 120 degrees"],
 )
 def test_pin_in_a_fitting_hole_agrees_with_persson(materials, half_angle, count):

@@ -30,8 +30,8 @@ K = 0.3
 SHARES = (1.0, 0.5)
 WHOLE = replace(BODY, domain=Domain(12.0, np.inf))  # a small model
 SYMMETRIC = replace(WHOLE, contour=arc(10.0, 0.3, 0.3))
-CELLS = Cells(0.3, 0.5, 0.5)
-LOADS = tuple(Load(Patch(0.4, 0.3, s), i) for s in (-1.5, 0.0, 0.2, 1.0, 1.5) for i in range(3))
+CELLS = Cells(0.4, 0.7, 0.7)
+LOADS = tuple(Load(Patch(0.4, 0.3, s), i) for s in (-1.5, 0.0, 0.2, 1.5) for i in range(3))
 SEEN = {"few observers": np.array([-2.0, -1.0, 0.0, 0.5, 1.0, 2.0]), "many": np.linspace(-2.0, 2.0, 60)}
 
 

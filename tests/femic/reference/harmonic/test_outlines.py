@@ -23,6 +23,7 @@ from geometries.materials import Material
 from geometries.outlines import SectionOutline
 from geometries.patches import Load, N, Patch, S, X
 from geometries.surfaces import LOWER, UPPER
+from tests.coarse import coarse_sections
 
 STEEL = Material(210e3, 0.28)
 PLANE_STRAIN = STEEL.E / (1 - STEEL.nu**2)
@@ -77,7 +78,7 @@ def test_a_large_block_is_a_half_space():
     x, s = (0.0, 3.0), (0.3, 0.3)
     levels, differences = [], []
     for size in (10.0, 20.0, 40.0):
-        u = np.swapaxes(solved(column(size, size, clamped=(1, 4)), Patch(0.4, 0.5), x, s).u, 0, 1)
+        u = np.swapaxes(solved(column(size, size, clamped=(1, 4)), Patch(0.4, 0.5), x, s, 0.8).u, 0, 1)
         levels.append(u[N, N, 0])
         differences.append(u[N, N, 0] - u[N, N, 1])
     assert np.diff(levels)[0] / np.diff(levels)[1] == pytest.approx(2.0, rel=0.02)
@@ -112,7 +113,7 @@ def test_a_fine_polygon_is_the_far_arc(body):
     The far arc itself is round, however large its cells are.
     """
     patch, s, k = Patch(0.4, 0.5), (0.0, 1.0), 1 / 70.0
-    far_arc, with_small_cells = (at_wavenumber(body, patch, s, k, *growth) for growth in ((), (FINE,)))
+    far_arc, with_small_cells = (at_wavenumber(body, patch, s, k, *growth) for growth in ((), (0.15,)))
     u = [at_wavenumber(with_polygon(body, n + 1), patch, s, k) for n in (12, 24, 48)]
     first, second = np.diff(u, axis=0)[:, N, N]
     np.testing.assert_allclose(first / second, 4.0, rtol=0.05)
@@ -126,10 +127,11 @@ def test_a_given_far_arc_is_a_support_where_it_was_put():
     given = Body(LOWER, arc(10.0, 0.445, 0.445), STEEL, Domain(60.0, np.inf, radius_given=True))
     x = np.linspace(0.0, 25.0, 26)
     points, settings = Points(x, np.full_like(x, 1.6)), Settings(HARMONIC, 0.01, rotation_reach=7.5)
-    on_arc, in_outline = (
-        references({"lower": Job(body, Patch(0.2, 0.2), ("ss",), points, {"x": slice(None)}, settings)})
-        for body in (given, with_polygon(given, 48))
-    )
+    with coarse_sections():
+        on_arc, in_outline = (
+            references({"lower": Job(body, Patch(0.2, 0.2), ("ss",), points, {"x": slice(None)}, settings)})
+            for body in (given, with_polygon(given, 48))
+        )
     c, expected = on_arc["lower"], in_outline["lower"].raw[S, S]
     assert c.body.domain == given.domain
     np.testing.assert_allclose(c.raw[S, S], expected, atol=2e-3 * np.max(expected))
@@ -154,7 +156,7 @@ def test_the_solid_engine_agrees():
     body = replace(column(14.0, 16.0), domain=Domain(60.0, 60.0))
     patch, x, s = Patch(0.8, 1.0, 2.0), (0.0, 2.5, 6.0), (2.0, 1.0, 3.0)
     loads = tuple(Load(patch, direction) for direction in ALL)
-    cells = Cells(0.25, 0.25, 0.15)
+    cells = Cells(0.35, 0.35, 0.2)
     solid = raw_ics(Request(body, loads, Points(np.array(x), np.array(s)), cells)).u
     found = solved(body, patch, x, s)
     assert np.max(np.abs(solid - found.u)) < 0.01 * np.max(np.abs(found.u))

@@ -1,5 +1,6 @@
 """The IC matrix: the half-space, single loads, reciprocity, definiteness, the circular contour."""
 
+from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,7 @@ from approx.halfspace import HalfSpace
 from femic.contact.operators.dense import GridOperator, reciprocity_defects
 from femic.reference.discount import generalized, rigid_part
 from femic.reference.engine import Points
-from femic.reference.engines import HARMONIC
+from femic.reference.engines import HARMONIC, HarmonicEngine
 from femic.reference.harmonic.engine import solve
 from femic.reference.harmonic.synthesis import columns, displacements
 from femic.reference.job import Job, Settings
@@ -23,11 +24,17 @@ from geometries.contours import arc, plane
 from geometries.materials import one_body
 from geometries.patches import COMPONENTS, Grid, Load
 from geometries.surfaces import LOWER, UPPER
+from tests.coarse import SIZES, coarse_sections
 from tests.femic.reference.conftest import STEEL, changed
 
 GRID = Grid(10, 8, 0.4, 0.4)
 REACH, ARM = 12.0, 3.0
 ROUGH = 0.03  # tolerance of C where nothing is said of its error
+FAIR_STRIPS = {  # coarse elsewhere: reciprocity of a strip under another demands cells within both
+    **SIZES,
+    (HarmonicEngine, "cells_per_half_strip"): 1.2,
+    (HarmonicEngine, "growth_on_strips"): 0.5,
+}
 
 
 def matrix_job(side, contour, grid=GRID, radius=np.inf, tolerance=1e-3):
@@ -44,7 +51,8 @@ def solved(jobs, *, combined=False):
 @pytest.fixture(scope="module", params=[1e-2, pytest.param(1e-3, marks=pytest.mark.slow)])
 def on_plane(request):
     job = matrix_job(LOWER, plane(), tolerance=request.param)
-    return solved({"lower": job})["lower"]
+    with coarse_sections(FAIR_STRIPS) if request.param > 1e-3 else nullcontext():
+        return solved({"lower": job})["lower"]
 
 
 @pytest.fixture(
@@ -59,7 +67,8 @@ def on_arcs(request):
         "lower": matrix_job(LOWER, arc(10.0, flank, flank), tolerance=ROUGH),
         "upper": matrix_job(UPPER, arc(10.2, flank, flank), radius=300.0, tolerance=ROUGH),
     }
-    return solved({name: jobs[name] for name in request.param}, combined=True)
+    with coarse_sections(FAIR_STRIPS) if len(request.param) == 1 else nullcontext():
+        return solved({name: jobs[name] for name in request.param}, combined=True)
 
 
 def all_columns(result, *, raw=False):
@@ -113,7 +122,8 @@ def test_lags_are_points(grid, radius, monkeypatch):
     """
     monkeypatch.setattr("femic.reference.harmonic.synthesis.COLUMNS_NEED", 1.0)
     job = matrix_job(UPPER, arc(10.0, 0.6, 0.6), grid, radius, ROUGH)
-    model = solve(job.request(Level(cells=-3)), workers=2)
+    with coarse_sections():
+        model = solve(job.request(Level(cells=-2)), workers=2)
     x, s = (v.ravel() for v in np.meshgrid(job.grid.lags, job.grid.strips, indexing="ij"))
     for name, by_lag in columns(model, job.grid, COMPONENTS).items():
         for strip in (0, 2, 3):
@@ -169,7 +179,8 @@ def test_a_wheel_turns_between_the_lags_of_its_discount():
     """What is subtracted is D of M at each element: on a wheel not the same at all lags."""
     job = matrix_job(UPPER, arc(10.2, 0.12, 0.3), Grid(4, 3, 2.0, 0.4), 60.0, ROUGH)
     job = changed(job, tolerance=1.0, cells=job.first_cells.scaled(3.0))  # how accurate C is does not matter
-    result, strip = solved({"upper": job})["upper"], 1
+    with coarse_sections():
+        result, strip = solved({"upper": job})["upper"], 1
     x, s = (v.ravel() for v in np.meshgrid(job.grid.lags, job.grid.strips, indexing="ij"))
     taken = (result.raw_column(strip) - result.column(strip).ic).reshape(3, 3, -1)
     for direction in range(3):

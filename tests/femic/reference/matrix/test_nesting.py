@@ -20,6 +20,7 @@ from geometries.contours import arc
 from geometries.materials import Material
 from geometries.patches import COMPONENTS, Grid, Load, N, Patch, S, indices
 from geometries.surfaces import LOWER, UPPER
+from tests.coarse import coarse_sections
 from tests.femic.reference.harmonic.test_condensation import largest
 from tests.femic.reference.matrix.test_column_scales import column
 from tests.femic.reference.matrix.test_matrix import ARM, matrix_job
@@ -32,6 +33,13 @@ SERVED = {
     "more lags, longer": Grid(30, 6, 0.5, 0.4),
     "twice as wide, fewer": Grid(10, 2, 0.4, 0.8),
 }
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _coarse():
+    """What serves what, and within which estimates, does not depend on how accurate C is."""
+    with coarse_sections():
+        yield
 
 
 def job_on(grid, tolerance=0.3):

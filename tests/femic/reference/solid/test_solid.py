@@ -130,7 +130,7 @@ def test_half_and_quarter_models_agree(s):
     """A flank steeper by nothing to speak of needs the half model: a second route to the same ICs."""
     nearly = arc(10.0, np.radians(25.5), np.radians(25.5) + 1e-6)
     domain, points = Domain(20.0, 20.0), Points(np.array([1.5, 3.0, 2.0]), np.array([0.8, -2.0, 0.0]))
-    fine = replace(request_for(SYMMETRIC).cells, smallest=0.12, growth=0.25, line_growth=0.15)
+    fine = replace(request_for(SYMMETRIC).cells, smallest=0.15, growth=0.35, line_growth=0.2)
     quarter, half = (
         raw_ics(
             request_for(
@@ -185,7 +185,7 @@ def test_observers_interpolate_a_quadratic_field_exactly(half_model):
 # --- loads on both sides of the crown, before and after the discount -----------------------------------
 
 HERE, THERE = -1.5, 2.5
-FINE = replace(COARSE, smallest=0.1)
+FINE = replace(COARSE, smallest=0.1, growth=0.3, line_growth=0.2)
 FINER = replace(COARSE, smallest=0.08, growth=0.25, line_growth=0.15)
 BODIES = {"rail": (LOWER, np.inf, FINE), "wheel": (UPPER, 80.0, FINER)}
 
