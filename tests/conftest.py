@@ -2,6 +2,7 @@
 
 import os
 import sys
+from functools import cache
 
 # Before NumPy is imported. Tests run on all cores: more threads wait for each other most of the time.
 for library in ("OMP", "OPENBLAS", "MKL"):
@@ -59,6 +60,16 @@ DEAR = (
 def pytest_collection_modifyitems(items):
     """The dear files first, all others in their own order."""
     items.sort(key=lambda item: not item.nodeid.startswith(DEAR))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _remembered_coefficients():
+    """Kalker's coefficients of each ellipse are computed once: every scene that rolls asks for them."""
+    from femic.contact.exact import creepage_coefficients  # noqa: PLC0415
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(creepage_coefficients, "_five", cache(creepage_coefficients._five))
+        yield
 
 
 @pytest.fixture(scope="session")

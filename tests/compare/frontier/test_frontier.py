@@ -311,8 +311,8 @@ def test_page_is_not_wider_than_the_window(made, tmp_path, browser):
 
 
 def test_advice_from_the_command_line(made, tmp_path, capsys):
-    path, _, _ = made
-    place = ["--out", str(tmp_path / "out")]
+    path, store, _ = made
+    place = ["--out", str(tmp_path / "out"), "--store", str(store.location)]
     arguments = ["advise", str(path), "--tolerance", "0.04", "--components", "nn", "--body", "lower", *place]
     assert exit_code(arguments) == DONE
     assert "Use B̂: the lower ICs have errors up to" in capsys.readouterr().out

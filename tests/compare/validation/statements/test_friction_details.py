@@ -37,10 +37,18 @@ def runs():
     return SimpleNamespace(friction=friction, once=lambda *_: LINES)
 
 
+@pytest.fixture(scope="module")
+def details(runs):
+    """The numbers beside a statement, which are measured once; where frictions are many, at two of them."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(friction_contacts, "FRICTIONS", friction_contacts.FRICTIONS[:2])
+        yield cache(lambda number: STATEMENTS[number].details(runs))
+
+
 @pytest.mark.parametrize("number", range(34, 42))
-def test_each_statement_has_finite_numbers_beside_it_and_panels_with_a_legend(number, runs):
+def test_each_statement_has_finite_numbers_beside_it_and_panels_with_a_legend(number, runs, details):
     statement = STATEMENTS[number]
-    assert all(np.isfinite(value) for value in statement.details(runs).values())
+    assert all(np.isfinite(value) for value in details(number).values())
     panels = list(statement.panels(runs))
     assert panels
     legend = read_chart(simple_chart("", panels, statement.columns))["legend"]
@@ -60,12 +68,12 @@ def test_shares_of_p_x_and_of_its_bound(runs):
     assert details["in N: B, friction 0.6 over 0.4"] == pytest.approx(0.75)
 
 
-def test_lines_elsewhere_are_measured_like_those_of_the_curve(runs):
-    details = rolling_and_compression.line_details(runs)
+def test_lines_elsewhere_are_measured_like_those_of_the_curve(details):
+    own = details(35)
     at = "F_x = 0 friction load, friction 0.2, B"
-    assert details[f"over p_x, {at}"] == pytest.approx(0.25 / np.sqrt(2))
-    assert details[f"over friction times pressure, {at}"] == pytest.approx(0.5 / np.sqrt(2) / 2.0)
-    assert not any(name.endswith(", C") for name in details)
+    assert own[f"over p_x, {at}"] == pytest.approx(0.25 / np.sqrt(2))
+    assert own[f"over friction times pressure, {at}"] == pytest.approx(0.5 / np.sqrt(2) / 2.0)
+    assert not any(name.endswith(", C") for name in own)
 
 
 def test_directions_count_alone_or_together():
