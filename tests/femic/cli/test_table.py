@@ -33,7 +33,7 @@ flanks = false
 shifts = [0.0, 0.5]
 loads = [40e3]
 spin = 0.0
-tolerance = 0.3
+tolerance = 0.1
 elements = 8
 """
 
@@ -134,7 +134,7 @@ def test_what_cannot_be_made_is_refused_before_any_work(command, text, options, 
 
 def test_a_table_that_does_not_reach_its_tolerance_fails_with_numbers(command, monkeypatch):
     monkeypatch.setattr(refinement, "MOST_ROUNDS", 1)
-    code, printed = command(SCENE.replace("0.3\n", "0.005\n"), "--workers", "1")
+    code, printed = command(SCENE.replace("0.1\n", "0.005\n"), "--workers", "1")
     assert code == FAILED
     assert re.search(r"of 95 % of other contacts is within 0\.\d+, not the tolerance of 0\.005", printed), (
         printed
