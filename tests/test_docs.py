@@ -331,7 +331,9 @@ def test_files_of_the_page_on_profiles_are_solved_with_the_profiles_that_it_writ
     monkeypatch.chdir(tmp_path)
     for command in re.findall(r"^femic (profiles \w+ --write .*)$", text, flags=re.MULTILINE):
         assert exit_code(command.split()) == 0
-    Path("my.toml").write_text(scene.replace("-0.002, 0.0, 0.002", "0.001, 0.002"), encoding="utf-8")
+    scene = scene.replace("-0.002, 0.0, 0.002", "0.001, 0.002").replace('["A", "Bhat"]', '["Bhat"]')
+    assert "elements" not in scene
+    Path("my.toml").write_text(scene.replace("friction = ", "elements = 8\nfriction = "), encoding="utf-8")
     assert exit_code(["contact", "my.toml"]) == 0
     with xr.open_dataset("out/my/contact.nc", engine="h5netcdf") as rolling:
         limit = rolling.friction * rolling.attrs["load"]

@@ -17,12 +17,15 @@ COARSE_ENGINE = """
 [engine]
 kind = "solid"
 smallest_cell = 0.1
-growth = 0.3
-line_growth = 0.2
+growth = 0.5
+line_growth = 0.4
 far_radius = 60.0
 half_length = 60.0
 tolerance = 0.5
 """
+FINER_ENGINE = COARSE_ENGINE.replace("growth = 0.5", "growth = 0.3").replace(
+    "line_growth = 0.4", "line_growth = 0.2"
+)
 SHORT_LINES = """
 [[lines]]
 along = "x"
@@ -93,7 +96,7 @@ def geometry1_checked():
 def small(tmp_path_factory):
     """Results of a coarse scene with unlike bodies: (results, dataset, errors)."""
     path = tmp_path_factory.mktemp("scenes") / "small.toml"
-    path.write_text(scene_text(upper_E=70e3), encoding="utf-8")
+    path.write_text(scene_text(upper_E=70e3, engine=FINER_ENGINE), encoding="utf-8")
     results = compute(load_scene(str(path)), RunOptions(1))
     dataset = to_dataset(results)
     return results, dataset, errors(results, dataset)

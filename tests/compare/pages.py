@@ -1,6 +1,7 @@
 """What pages have, as tests read it: charts as browsers get them, tables as texts, and widths."""
 
 import json
+from contextlib import contextmanager
 from types import MappingProxyType
 
 import numpy as np
@@ -11,6 +12,14 @@ from compare.report.tables import MINUS
 from tests.pages import widest
 
 AT_800_PX = MappingProxyType({800: 770})
+
+
+@contextmanager
+def without_pictures():
+    """Runs draw no sections and meshes: half of their time where models are coarse."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("compare.pages.ics_results.pictures", lambda *_: iter(()))
+        yield
 
 
 def read_chart(chart):

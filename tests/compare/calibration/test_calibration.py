@@ -93,7 +93,7 @@ def test_fitted_c_equals_c_of_scene(calibrated, made):
 
 def c_of_fit_and_scene(target, path, components, options):
     """C_xn of a fit at its points on the line s = 1.6 mm, and C_xn of the scene there."""
-    line = [{"along": "x", "s": 1.6, "reach": 12.0, "points": 801}]
+    line = [{"along": "x", "s": 1.6, "reach": 12.0, "points": 201}]
     scene = load_scene(str(path), {"lines": line, "components": components, "engine": {"check": False}})
     results = compute(scene, options)
     c = reference_ics(results, "combined").ic[0, 2] * scene.patch.area

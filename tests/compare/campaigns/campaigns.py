@@ -43,12 +43,12 @@ scene = "geometry1"
 keys = ["lower.E"]
 from = 1
 to = 9
-count = 9
+count = 5
 [sweep.nu]
 keys = ["upper.nu"]
 values = [0.1, 0.2, 0.3]
 """
-LONGER = LIGHT.replace("from = 1\nto = 9\ncount = 9", f"values = {[*range(1, 11)]}")  # by a value of E
+LONGER = LIGHT.replace("from = 1\nto = 9\ncount = 5", "values = [1, 3, 5, 7, 9, 10]")  # by a value of E
 RANDOM = """
 scene = "geometry1"
 points = "random"

@@ -39,7 +39,7 @@ from femic.scenes.load import load_scene, scene_from_table
 from geometries.errors import Failure
 from geometries.patches import COMPONENTS, DIRECTIONS
 from tests.coarse import coarse_sections
-from tests.compare.conftest import COARSE_ENGINE, scene_text
+from tests.compare.conftest import FINER_ENGINE, scene_text
 from tests.compare.pages import read_chart, require_room
 
 GRID = "\n[grid]\nn_x = 5\nn_s = 4\n"
@@ -253,14 +253,15 @@ def test_file_of_a_round_that_was_not_accurate_enough_is_written_anew(made, monk
     monkeypatch.setattr(MatrixFile, "begin", begun)
     monkeypatch.setattr(Assessment, "meets", lambda *_: len(rounds) > 1)
     monkeypatch.setattr("femic.reference.refinement.next_levels", refined)
-    scene, file = load_scene(str(path)), tmp_path / "matrix.nc"
+    scene, file = load_scene(str(path), {"bodies": ["lower"]}), tmp_path / "matrix.nc"
     store = Store(shutil.copytree(out / "store", tmp_path / "store"))
     references = compute_matrix(scene, file, RunOptions(2, store))
     assert [one["lower"] for one in rounds] == [Level(), Level(cells=1)]
-    with opened(file, out / "matrix.nc") as (written, coarser):
+    with opened(file, out / "matrix.nc") as both:
+        written, coarser = (one.sel(body="lower") for one in both)
         for strip in range(scene.grid.n_s):
             column = combined_columns(scene, references, strip)["lower"].ic
-            found = written.ic.sel(body="lower")[:, :, strip].transpose("i", "j", "lag", "observed")
+            found = written.ic[:, :, strip].transpose("i", "j", "lag", "observed")
             np.testing.assert_allclose(found, scene.grid.area * column, rtol=1e-12, atol=0)
         assert not np.allclose(written.ic, coarser.ic, rtol=1e-9, atol=0)
 
@@ -370,7 +371,7 @@ def test_seconds_of_matrices_grow_with_their_entries():
 
 
 def test_plan_of_solid_engine_is_right_to_factor_of_two(write_scene):
-    scene = load_scene(str(write_scene('bodies = ["lower"]', engine=COARSE_ENGINE)))
+    scene = load_scene(str(write_scene('bodies = ["lower"]', engine=FINER_ENGINE)))
     request = jobs(scene)["lower"].request(Level())
     cells = solid.build_mesh(request)
     assert 0.5 < SOLID.expected_cost(request, 2).unknowns / (3 * cells.nodes.shape[1]) < 2

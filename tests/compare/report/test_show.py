@@ -1,6 +1,9 @@
 """`femic show` and `fields = true`: files, messages, exit codes, pictures."""
 
+import io
 import sys
+from contextlib import redirect_stdout
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +16,8 @@ from compare.report import views
 from femic.cli.main import DONE, FAILED, WRONG_INPUT, exit_code
 from femic.scenes.listing import listing
 from femic.scenes.load import load_scene
+from tests.compare.conftest import FINER_ENGINE, scene_text
+from tests.compare.pages import without_pictures
 
 ONE = 'bodies = ["upper"]\ncomponents = ["nn"]\nvariants = ["A"]'
 FILES = Path("out/mine/show")
@@ -49,13 +54,30 @@ def quarters(png):
     return [half for row in np.split(pixels, 2) for half in np.split(row, 2, axis=1)]
 
 
+@pytest.fixture(scope="module")
+def picture(tmp_path_factory):
+    """The folder of a scene whose body is solved under a load along s and drawn once, and what is said."""
+
+    @cache
+    def of(body):
+        folder = tmp_path_factory.mktemp("drawn")
+        (folder / "mine.toml").write_text(scene_text(), encoding="utf-8")
+        with pytest.MonkeyPatch.context() as patch, redirect_stdout(io.StringIO()) as printed:
+            patch.chdir(folder)
+            command = ["show", "mine.toml", "--body", body, "--load", "s", "--out", "elsewhere/first.png"]
+            assert exit_code(command) == DONE
+        return folder, printed.getvalue()
+
+    return of
+
+
 @pytest.mark.usefixtures("renders")
 @pytest.mark.parametrize("body", ["lower", pytest.param("upper", marks=pytest.mark.slow)])
-def test_a_scene_is_solved_and_drawn(body, write_scene, capsys):
-    assert exit_code(["show", str(write_scene()), "--body", body, "--load", "s"]) == DONE
-    assert {path.name for path in FILES.iterdir()} == {f"{body}_s.vtu", f"{body}_s.png"}
-    assert str(FILES / f"{body}_s.png") in capsys.readouterr().out
-    panels = quarters(FILES / f"{body}_s.png")
+def test_a_scene_is_solved_and_drawn(body, picture):
+    folder, printed = picture(body)
+    assert (folder / FILES / f"{body}_s.vtu").is_file()
+    assert "elsewhere/first.png" in printed
+    panels = quarters(folder / "elsewhere/first.png")
     for panel in panels:
         assert 0.1 < np.mean(panel.min(axis=2) < 0.95) < 0.9  # something on white
         assert np.any(panel[10:50, 20:300].max(axis=2) < 0.3)  # a caption
@@ -66,11 +88,13 @@ def test_a_scene_is_solved_and_drawn(body, write_scene, capsys):
 
 
 @pytest.mark.usefixtures("renders")
-def test_picture_of_a_file_is_written_beside_it(write_scene, tmp_path):
-    assert exit_code(["show", str(write_scene(ONE)), "--out", "elsewhere/first.png"]) == DONE
-    first, again = Path("elsewhere/first.png"), FILES / "upper_n.png"
+def test_picture_of_a_file_is_written_beside_it(picture, capsys):
+    folder, _ = picture("lower")
+    first, again = folder / "elsewhere/first.png", folder / FILES / "lower_s.png"
     assert not again.exists()
-    assert exit_code(["show", str(tmp_path / FILES / "upper_n.vtu")]) == DONE
+    assert exit_code(["show", str(folder / FILES / "lower_s.vtu")]) == DONE
+    assert str(again) in capsys.readouterr().out.replace("\n", "")
+    assert {path.name for path in (folder / FILES).iterdir()} == {"lower_s.vtu", "lower_s.png"}
     for one, other in list(zip(quarters(first), quarters(again), strict=True))[1:]:
         np.testing.assert_allclose(one, other, atol=0.01)  # all but the title
 
@@ -146,8 +170,9 @@ def test_a_window_opens_where_there_is_a_screen(monkeypatch, drawn, platform, di
 
 def test_a_run_writes_the_fields_of_the_finest_model_on_request(write_scene, capsys):
     pyvista = pytest.importorskip("pyvista")
-    path = write_scene(f"fields = true\n{ONE}")
-    assert exit_code(["run", str(path), "--out", "o", "--workers", "1"]) == DONE
+    path = write_scene(f"fields = true\n{ONE}", engine=FINER_ENGINE)
+    with without_pictures():
+        assert exit_code(["run", str(path), "--out", "o", "--workers", "1"]) == DONE
     assert [file.name for file in Path("o/fields").iterdir()] == ["upper_n.vtu"]
     assert "o/fields/upper_n.vtu" in capsys.readouterr().out
     with xr.open_dataset("o/ics.nc", engine="h5netcdf") as dataset:

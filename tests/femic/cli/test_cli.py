@@ -16,6 +16,7 @@ from femic.cli.doctor import Finding
 from femic.cli.main import DONE, FAILED, WRONG_INPUT, delivered_interruptions, exit_code, main
 from femic.reference.solid import engine as solid
 from femic.shifts.specification import example
+from tests.coarse import coarse_sections
 from tests.compare.conftest import COARSE_ENGINE, scene_text
 from tests.samples import write_head
 
@@ -65,7 +66,8 @@ def test_harmonic_run_solves_no_3d_model_and_reports_wavenumbers(write_scene, tm
     monkeypatch.setattr(solid, "assemble", lambda _: pytest.fail("a 3D model"))
     path = write_scene(ONE, engine=HARMONIC)
     out = tmp_path / "results"
-    assert exit_code(["run", str(path), "--out", str(out), "--workers", "1"]) == DONE
+    with coarse_sections():
+        assert exit_code(["run", str(path), "--out", str(out), "--workers", "1"]) == DONE
     with xr.open_dataset(out / "ics.nc", engine="h5netcdf") as dataset:
         models = json.loads(dataset.attrs["models"])
         assert set(models) == {"lower, fine"}
@@ -93,7 +95,7 @@ def test_wrong_input_exits_with_2_and_writes_nothing(write_scene, tmp_path, caps
 
 
 def test_not_converged_exits_with_1_and_says_what_to_try(write_scene, tmp_path, capsys):
-    strict = COARSE_ENGINE.replace("tolerance = 0.5", "tolerance = 1e-4\nmost_unknowns = 20_000")
+    strict = COARSE_ENGINE.replace("tolerance = 0.5", "tolerance = 1e-4\nmost_unknowns = 8_000")
     path = write_scene(ONE.replace("lower", "combined"), engine=strict)
     out = tmp_path / "results"
     assert exit_code(["run", str(path), "--out", str(out), "--workers", "1"]) == FAILED

@@ -34,7 +34,7 @@ def test_second_run_takes_a_large_dataset_as_it_is(light_scenes, sweep, tmp_path
     first = open_sweep(tmp_path).load()
     shutil.rmtree(tmp_path / "store")
     done, again = sweep()
-    assert (done.reused, done.failed, len(light_scenes)) == (27, 3, 0)
+    assert (done.reused, done.failed, len(light_scenes)) == (15, 3, 0)
     xr.testing.assert_identical(again.load(), first)
 
 
@@ -43,8 +43,10 @@ def test_scenes_are_appended_to_a_large_dataset(light_scenes, sweep, tmp_path):
     """More values at the end of both axes; nothing that is there is read back or computed."""
     shutil.rmtree(tmp_path / "store")
     done, dataset = sweep(campaigns.LONGER.replace("0.3]", "0.3, 0.4]"))
-    assert set(light_scenes) == {(10, nu) for nu in (0.1, 0.2, 0.3, 0.4)} | {(e, 0.4) for e in range(1, 11)}
-    assert (done.reused, done.failed, dict(dataset.sizes)) == (27, 4, {"E": 10, "nu": 4, "power": 2})
+    assert set(light_scenes) == {(10, nu) for nu in (0.1, 0.2, 0.3, 0.4)} | {
+        (e, 0.4) for e in (1, 3, 5, 7, 9, 10)
+    }
+    assert (done.reused, done.failed, dict(dataset.sizes)) == (15, 4, {"E": 6, "nu": 4, "power": 2})
     campaigns.assert_sums(dataset)
 
 
@@ -66,13 +68,13 @@ def test_random_points_are_samples_and_more_are_appended(light_scenes, sweep, tm
 @pytest.mark.usefixtures("large_there")
 def test_large_dataset_with_values_inserted_is_written_anew(light_scenes, sweep):
     done, dataset = sweep(campaigns.LIGHT.replace("0.2, 0.3", "0.15, 0.2, 0.3"))
-    assert (done.reused, len(light_scenes)) == (27, 9)
+    assert (done.reused, len(light_scenes)) == (15, 5)
     campaigns.assert_sums(dataset)
 
 
 @pytest.fixture
 def taken(light_scenes, large_there, tmp_path):  # noqa: ARG001
-    """What a second run begins with: all 27 scenes of a large dataset."""
+    """What a second run begins with: all 15 scenes of a large dataset."""
     campaign = campaigns.campaign_in(tmp_path, campaigns.LIGHT)
     dataset = CampaignDataset(campaign, tmp_path)
     assert dataset.resume(first_digest(campaign, tmp_path)) == ""
@@ -96,7 +98,7 @@ def test_removed_scene_is_missing_and_its_digest_goes_before_its_values_change(t
     assert np.isnan(result["sum"].values.ravel()[4])
     assert np.isnan(result.seconds.values.ravel()[4])
     assert int(result["sum"].isnull().sum()) == 3 + 1
-    assert result.attrs["computed"] == 27 - 3 - 1
+    assert result.attrs["computed"] == 15 - 3 - 1
 
 
 def test_values_without_a_digest_are_removed(taken):
@@ -136,7 +138,7 @@ def test_campaign_that_becomes_small_or_large_leaves_one_dataset(sweep, tmp_path
     """And one that becomes large."""
     shorter = campaigns.LIGHT.replace("[0.1, 0.2, 0.3]", "[0.1]")
     _, small = sweep(shorter)
-    monkeypatch.setattr("compare.campaigns.dataset.LARGEST_FILE", 800)  # 48 bytes a scene
+    monkeypatch.setattr("compare.campaigns.dataset.LARGEST_FILE", 500)  # 48 bytes a scene
     _, large = sweep()
     assert [path.name for path in tmp_path.glob("sweep.*")] == ["sweep.zarr"]
     np.testing.assert_array_equal(large.powers.sel(nu=[0.1]), small.powers)
@@ -154,11 +156,11 @@ def test_dataset_that_becomes_large_keeps_its_scenes(sweep, tmp_path, monkeypatc
             raise Failure("not one of the first")
         return xr.Dataset({"many": ("k", np.full(1000, e))})
 
-    monkeypatch.setattr("compare.campaigns.dataset.LARGEST_FILE", 27 * 900)
+    monkeypatch.setattr("compare.campaigns.dataset.LARGEST_FILE", 15 * 900)
     campaigns.register(monkeypatch, errors=campaigns.light, advice=large)
     _, dataset = sweep('keep = ["errors", "advice"]' + campaigns.LIGHT)
     assert (tmp_path / "sweep.zarr").is_dir()
-    ok = dataset.sel(E=[2, 3, 4, 6, 8])
-    np.testing.assert_array_equal(ok.many, np.broadcast_to(ok.E, (3, 1000, 5)).transpose(2, 0, 1))
+    ok = dataset.sel(E=[3])
+    np.testing.assert_array_equal(ok.many, np.broadcast_to(ok.E, (3, 1000, 1)).transpose(2, 0, 1))
     np.testing.assert_array_equal(dataset["sum"].sel(E=5), 5 + dataset.nu)
     assert dataset.many.sel(E=5).isnull().all()

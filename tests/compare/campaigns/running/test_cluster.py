@@ -164,7 +164,7 @@ def test_a_campaign_goes_on_with_the_workers_that_are_left_and_does_not_wait_for
             campaigns.swept(campaign, tmp_path, client)
         with paused(client, 1):
             done, _ = campaigns.swept(campaign, tmp_path, client)
-    assert done.finished == open_sweep(tmp_path).attrs["scenes"] == 27
+    assert done.finished == open_sweep(tmp_path).attrs["scenes"] == 15
 
 
 def test_paused_workers_count_as_workers(served, monkeypatch):

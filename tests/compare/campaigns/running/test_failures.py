@@ -46,7 +46,7 @@ def test_full_disk_ends_the_campaign_and_keeps_finished_scenes(
     assert int(np.sum(open_sweep(tmp_path).seconds.notnull())) == room - 1
     monkeypatch.setattr(system, "pipe_file", write)
     done, _ = sweep()
-    assert (done.reused, done.finished) == (room - 1, 27)
+    assert (done.reused, done.finished) == (room - 1, 15)
 
 
 def test_worker_with_other_code_is_refused_before_and_during_the_work(light_scenes, sweep, monkeypatch):
@@ -80,7 +80,7 @@ def test_second_run_in_the_same_folder_is_refused(sweep, tmp_path):
     with locked(tmp_path), pytest.raises(Failure, match="another femic run writes there"):
         sweep()
     done, _ = sweep()
-    assert done.finished == 27
+    assert done.finished == 15
 
 
 def test_results_of_a_scene_whose_file_changes_meanwhile_are_not_stored(sweep, tmp_path, monkeypatch):
@@ -114,16 +114,16 @@ def test_failed_kind_of_results_leaves_the_others(sweep, monkeypatch):
 
     register(monkeypatch, errors=light, advice=hard)
     done, dataset = sweep(BOTH)
-    assert done.failed == 18  # 1 ... 5, and 7
-    soft, seven, both = (dataset.sel(E=e) for e in (2, 7, 8))
-    assert set(soft.failure.values) == {"advice: 2 is too soft"}
+    assert done.failed == 12  # 1, 3, 5, and 7
+    soft, seven, both = (dataset.sel(E=e) for e in (3, 7, 9))
+    assert set(soft.failure.values) == {"advice: 3 is too soft"}
     assert list(seven.failure.values) == ["errors: seven", "errors: seven", "seven"]
     assert set(both.failure.values) == {""}
     assert soft.hard.isnull().all()
     assert seven["sum"].isnull().all()
-    np.testing.assert_array_equal(soft["sum"], 2 + soft.nu)
+    np.testing.assert_array_equal(soft["sum"], 3 + soft.nu)
     np.testing.assert_array_equal(seven.hard, [7, 7, np.nan])
-    np.testing.assert_array_equal(both.hard, 8)
+    np.testing.assert_array_equal(both.hard, 9)
 
 
 def test_model_that_kills_workers_leaves_stored_results(sweep, tmp_path, monkeypatch):
@@ -134,7 +134,7 @@ def test_model_that_kills_workers_leaves_stored_results(sweep, tmp_path, monkeyp
     sweep(folder=tmp_path / "first", store=Store(tmp_path / "store"))
     monkeypatch.setattr(tasks, "list_models", killed)
     done, dataset = sweep(BOTH)
-    assert done.failed == 27
+    assert done.failed == 15
     assert set(dataset.failure.values.ravel()) == {"its worker died 4 times"}
     np.testing.assert_array_equal(dataset["sum"].sel(E=5), 5 + dataset.nu)
     assert not dataset.digest.any()  # it is tried again

@@ -1,9 +1,11 @@
 """Contacts with friction made by hand, so that a measure of a statement has a given value."""
 
+from contextlib import contextmanager
 from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 import xarray as xr
 
 from compare.validation.statements.components_and_moduli import CONCAVE, CONVEX, moduli
@@ -17,6 +19,16 @@ VARIED = {"F_x", "zero_creepage", "slope", "p_max", "sliding_share", "p"}
 XI = np.linspace(-2e-3, 2e-3, 9)
 ON_GRID = {"friction": list(FRICTIONS), "x": [-1.0, 1.0], "s": [-1.5, -0.5, 0.5, 1.5]}
 ATTRS = {"load": LOAD, "equal_force": 0.5, "dx": 2.0, "ds": 1.0, "s_middle": 0.0}
+
+
+@contextmanager
+def without_estimates():
+    """Distances have no estimates, four fifths of the work, where only their sizes are asked for."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            "compare.validation.statements.friction_contacts.estimate_of_difference", lambda *_: 0.0
+        )
+        yield
 
 
 def by(friction, ics, size):

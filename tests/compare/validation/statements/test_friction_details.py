@@ -37,11 +37,25 @@ def runs():
     return SimpleNamespace(friction=friction, once=lambda *_: LINES)
 
 
+@pytest.fixture(scope="module")
+def details(runs):
+    """The numbers beside a statement, which are measured once, most of them at two frictions."""
+
+    @cache
+    def of(number):
+        with pytest.MonkeyPatch.context() as patch, make.without_estimates():
+            patch.setattr(friction_contacts, "FRICTIONS", friction_contacts.FRICTIONS[:2])
+            return STATEMENTS[number].details(runs)
+
+    return of
+
+
 @pytest.mark.parametrize("number", range(34, 42))
-def test_each_statement_has_finite_numbers_beside_it_and_panels_with_a_legend(number, runs):
+def test_each_statement_has_finite_numbers_beside_it_and_panels_with_a_legend(number, runs, details):
     statement = STATEMENTS[number]
-    assert all(np.isfinite(value) for value in statement.details(runs).values())
-    panels = list(statement.panels(runs))
+    assert all(np.isfinite(value) for value in details(number).values())
+    with make.without_estimates():
+        panels = list(statement.panels(runs))
     assert panels
     legend = read_chart(simple_chart("", panels, statement.columns))["legend"]
     assert len({str(dict(entry, label="")) for entry in legend}) == len(legend)
@@ -52,20 +66,21 @@ def test_shares_of_p_x_and_of_its_bound(runs):
     contacts = runs.friction("rolling", {"contact": {"ics": ["B", "C"]}})
     assert friction_contacts.line_distance(contacts, 0.4, "B") == pytest.approx(0.2)
     assert friction_contacts.line_distance_over_bound(contacts, 0.4, "B") == pytest.approx(0.2 / 0.4)
-    details = rolling_and_compression.shrinking_details(
-        SimpleNamespace(friction=lambda *_: make.rolling(rms=make.growing(0.5)))
-    )
+    with make.without_estimates():
+        details = rolling_and_compression.shrinking_details(
+            SimpleNamespace(friction=lambda *_: make.rolling(rms=make.growing(0.5)))
+        )
     assert details["of friction load: B, friction 0.4 over 0.2"] == pytest.approx(0.5)
     assert details["in N: B, friction 0.4 over 0.2"] == pytest.approx(1.0)
     assert details["in N: B, friction 0.6 over 0.4"] == pytest.approx(0.75)
 
 
-def test_lines_elsewhere_are_measured_like_those_of_the_curve(runs):
-    details = rolling_and_compression.line_details(runs)
+def test_lines_elsewhere_are_measured_like_those_of_the_curve(details):
+    own = details(35)
     at = "F_x = 0 friction load, friction 0.2, B"
-    assert details[f"over p_x, {at}"] == pytest.approx(0.25 / np.sqrt(2))
-    assert details[f"over friction times pressure, {at}"] == pytest.approx(0.5 / np.sqrt(2) / 2.0)
-    assert not any(name.endswith(", C") for name in details)
+    assert own[f"over p_x, {at}"] == pytest.approx(0.25 / np.sqrt(2))
+    assert own[f"over friction times pressure, {at}"] == pytest.approx(0.5 / np.sqrt(2) / 2.0)
+    assert not any(name.endswith(", C") for name in own)
 
 
 def test_directions_count_alone_or_together():

@@ -55,8 +55,9 @@ def _fewer(monkeypatch):
 @pytest.mark.usefixtures("_fewer")
 @pytest.mark.parametrize("number", [44, pytest.param(46, marks=pytest.mark.slow), 47, 48])
 def test_statements_hold_and_have_panels(number):
-    assert not missed([key for key in CRITERIA if key[0] == number])
-    assert list(STATEMENTS[number].panels(remembering()))
+    runs = remembering()
+    assert not missed([key for key in CRITERIA if key[0] == number], runs)
+    assert list(STATEMENTS[number].panels(runs))
 
 
 def spin_turned(right, self, creepages):
