@@ -226,10 +226,7 @@ def _error_tables(scenes: Scenes) -> Iterator[Block]:
     )
     ics = next(iter(scenes.values())).ics
     largest = {name: scene.errors for name, scene in scenes.items()}
-    rms = {
-        name: errors.assign(error=errors.rms, weight=xr.full_like(errors.rms, np.nan))
-        for name, errors in largest.items()
-    }
+    rms = {name: errors.assign(error=errors.rms).drop_vars("weight") for name, errors in largest.items()}
 
     def tables(errors: Mapping[str, xr.Dataset], heading: str) -> Iterator[Section]:
         for body in map(str, ics.body.values):

@@ -44,17 +44,18 @@ def error_cell(
 def error_row(
     name: str, errors: xr.Dataset, components: Sequence[str], *, is_estimate: bool, place: str = ""
 ) -> Row:
-    """Return a row of errors [-] of components, their `weight`, and whether they are of one that `vanishes`.
+    """Return a row of errors [-] of components, with their `weight`, if any, and whether they vanish.
 
     `errors` has the dims i and j, `place` is the first cell.
     """
-    found = [errors[variable].transpose("i", "j").values for variable in ("error", "weight", "vanishes")]
+    weight = errors.get("weight", xr.full_like(errors.error, np.nan))
+    found = [each.transpose("i", "j").values for each in (errors.error, weight, errors.vanishes)]
     i, j = (errors[dim].values.tolist() for dim in "ij")
     cells = []
     for component in components:
         at = i.index(component[0]), j.index(component[1])
-        error, weight, vanishes = (values[at].item() for values in found)
-        cells.append(error_cell(error, weight, vanishes=vanishes, is_estimate=is_estimate))
+        error, own_weight, vanishes = (values[at].item() for values in found)
+        cells.append(error_cell(error, own_weight, vanishes=vanishes, is_estimate=is_estimate))
     return Row(name, [place, *cells] if place else cells)
 
 
