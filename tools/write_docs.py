@@ -12,6 +12,7 @@ docs/numbers/benchmarks) name theirs on the page and are not checked: seconds ch
 
 import json
 import re
+import subprocess
 import sys
 from contextlib import suppress
 from functools import cache
@@ -31,7 +32,6 @@ from scene_keys import scene_keys
 
 from compare.studies.frontier import Question, advise, front
 from femic.cache.digests import STUDY_FOLDERS, results_digest
-from femic.cli.main import exit_code
 from geometries.errors import Failure
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -74,7 +74,8 @@ def save_written(name: str) -> None:
 
 
 def run(*arguments: str) -> None:
-    if code := exit_code([*arguments]):
+    """Run a command in a process of its own: its peak of memory is among the numbers."""
+    if code := subprocess.run([sys.executable, "-m", "femic", *arguments], check=False).returncode:
         sys.exit(code)
 
 
