@@ -329,7 +329,8 @@ def answer_table(dataset: xr.Dataset) -> Table:
         for quantity in quantities:
             if not np.isfinite(difference(dataset, name, quantity)).any():
                 continue
-            where = " where C was computed" if _is_reference(dataset, name, quantity.name) else ""
+            reference = figures.reference_label(dataset, quantity.name, ics=name)
+            where = f", against {reference}" if _is_reference(dataset, name, quantity.name) else ""
             label = f"{ics_symbol(name)}{where}{f': {quantity.symbol}' * (len(quantities) > 1)}"
             within = [decision_cell(dataset, name, limit, quantity) for limit in LIMITS]
             own, text = worst_difference(dataset, name, quantity)

@@ -32,7 +32,7 @@ def test_the_answer_table_has_a_row_per_quantity(shown):
     rows = read_texts(page.answer_table(shown))
     limits = ["yes: −2 to 0 mm", "yes: −2 to 0 mm and 2 mm", "yes: −2 to 0 mm and 2 mm"]
     assert rows["A: F_x"] == [*limits, "+3.00 ± 0.29 % of friction × load"]  # 50 N of 36 kN, and 3 % / 20
-    assert {"A: p_max", "A: F_y", "A: work of friction", "B̂ where C was computed: F_x"} <= set(rows)
+    assert {"A: p_max", "A: F_y", "A: work of friction", "B̂, against C: F_x"} <= set(rows)
 
 
 def test_the_charts_have_forces_in_kilonewtons(shown):

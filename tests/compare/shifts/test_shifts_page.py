@@ -194,7 +194,7 @@ def test_the_answer_table_has_the_numbers_of_the_dataset(dataset, shown):
     assert cells["A"] == [*limits, "+20.0 ± 1.4 %"]  # 20 % / 20 + (1200 / 1003 - 1.2)
     below = [cell.below for cell in table.rows[0].filled]
     assert below == ["no: 0 to 2 mm", "no: 1 to 2 mm", "no: 2 mm", "2 mm on the left wheel"]
-    assert cells["B̂ where C was computed"] == ["yes: 2 mm"] * 3 + ["within ± 0.60 %"]  # the floors of both
+    assert cells["B̂, against C"] == ["yes: 2 mm"] * 3 + ["within ± 0.60 %"]  # the floors of both
     same = dataset.assign(dict.fromkeys(("p_max", "larger_p_max"), dataset.p_max * 0 + 1000))
     assert read_texts(page.answer_table(same))["A"][:3] == ["yes: all shifts"] * 3
 
