@@ -11,7 +11,7 @@ same elements much of the error of both contacts is the same, and is no error of
 difference is evaluated again on elements twice as large, with numbers plus their floors, and with changed
 ICs: its error is estimated as
 
-    F |d_h - d_2h| + |d| / 20 + sum over ICs of |d(number + floor) - d|
+    F |d_h - d_2h| + 0.07 |d| + sum over ICs of |d(number + floor) - d|
     + sum over ICs of max over +- of |d(ICs +- their estimated errors) - d|,
 
 with F = 1.25 and the first order of `femic.contact.estimates`. Two grids may agree by luck: elements know a
@@ -80,22 +80,29 @@ def read_grid(dataset: xr.Dataset) -> Grid:
 # --- maps and variations ---
 
 APART = 0.025  # share of a floor that two ICs do not have in common; of some numbers it is another one
-APART_OF = (
+WITH_FRICTION = (
     dict.fromkeys(("area", "sliding_share"), 0.1)
-    | dict.fromkeys(("F_x", "dissipation"), 0.035)
-    | dict.fromkeys(("M_x", "M_z", "approach", "a"), 0.0125)
+    | {"dissipation": 0.045, "F_x": 0.038, "F_y": 0.022, "M_x": 0.008, "M_z": 0.018}
+    | {"approach": 0.011, "a": 0.0125, "b": 0.03, "angle": 0.03}
+)
+WITHOUT_FRICTION = (
+    {"area": 0.08, "stiffness": 0.035, "F_y": 0.02, "M_x": 0.02}
+    | {"a": 0.0035, "b": 0.005, "angle": 0.005, "aspect": 0.006}
+    | {"p_max": 0.0003, "approach": 0.0}  # pressures are smooth where no border parts stick and slip
 )
 
 
-def common_floors(contact: Measured | None, quantities: Mapping[str, Quantity]) -> dict[str, float]:
+def common_floors(
+    contact: Measured | None, quantities: Mapping[str, Quantity], apart: Mapping[str, float] = WITH_FRICTION
+) -> dict[str, float]:
     """Return the parts of the floors of numbers that two ICs do not have in common; NaN for no contact.
 
     Edges and borders cut the same elements with both nearly alike; whether an element counts as in contact,
     or as sliding, is no continuous error, and less common to both. Shares were found as those of
-    `femic.contact.estimates`.
+    `femic.contact.estimates`, with friction and without it (`apart`).
     """
     return {
-        name: np.nan if contact is None else contact.floor(name, quantity.kind) * APART_OF.get(name, APART)
+        name: np.nan if contact is None else contact.floor(name, quantity.kind) * apart.get(name, APART)
         for name, quantity in quantities.items()
     }
 
@@ -151,7 +158,7 @@ def varied_tractions(on_grid: PairOnGrid, larger: FrictionalContact | None, chan
 
 # --- differences between ICs ---
 
-MISSED = 0.05  # share of a difference that elements may miss
+MISSED = 0.07  # share of a difference that elements may miss
 
 Difference = Callable[[xr.Dataset], xr.DataArray]
 Norm = Callable[[xr.DataArray], xr.DataArray]

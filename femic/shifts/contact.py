@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from femic.contact.datasets import APART, CHANGE, FLOOR, LARGER, PREFIXES, common_floors
+from femic.contact.datasets import APART, CHANGE, FLOOR, LARGER, PREFIXES, WITHOUT_FRICTION, common_floors
 from femic.contact.estimates import Measured, Numbers, changes, errors
 from femic.contact.exact.hertz import combined_modulus
 from femic.contact.normal import NormalContact
@@ -310,7 +310,8 @@ def _numbers(
     moved = [abs(_p_max(other) - max(p_max)) for other in changed or ()]
     estimate = max(known[highest]["p_max"] + rounded[highest], uppermost - max(p_max))
     on_grid, pressed = contact.areas.on_grids[highest], contact.contacts[highest]
-    floor = common_floors(measured(on_grid, pressed, ESTIMATED), {"p_max": ALL["p_max"]})["p_max"]
+    known_numbers = measured(on_grid, pressed, ESTIMATED)
+    floor = common_floors(known_numbers, {"p_max": ALL["p_max"]}, WITHOUT_FRICTION)["p_max"]
     return {
         "p_max": max(p_max),
         "estimate_p_max": estimate + lacks + sum(moved[1:]),

@@ -44,7 +44,7 @@ from femic.contact.pairs.grids import Range, contact_size
 from femic.contact.pairs.ics import C, approximation
 from femic.contact.pairs.pair_on_grid import PairContact, PairOnGrid
 from femic.contact.pairs.pair_with_friction import frictional_problem, rolling_problem
-from femic.contact.pairs.quantities import kinds, measured, numbers
+from femic.contact.pairs.quantities import OF_FRICTIONLESS, Quantity, kinds, measured, numbers
 from femic.contact.rolling import RollingProblem
 from femic.contact.specification import Profile
 from femic.contact.undeformed import Undeformed
@@ -190,6 +190,7 @@ def _elements(
 # --- studies --------------------------------------------------------------------------------------------
 
 
+COMPARED = "A", "Bhat"
 STICKING, SLIDING = 0.3, 0.95  # sliding shares: fewer stick, more slide
 TOLERANCE = 1e-4  # of tractions: errors of results are 1e-3 and more
 
@@ -252,28 +253,56 @@ def rolling(case: RandomContact) -> GridComparison:
 
 def differences(case: RandomContact) -> GridComparison:
     """Solve steady rolling with A and with B-hat, and compare the differences of their numbers."""
-    cases = [replace(case, ics=name) for name in ("A", "Bhat")]
+    cases = [replace(case, ics=name) for name in COMPARED]
     levels = [[_roll(one, problem) for problem in one.problems] for one in cases]
-    with_a, with_bhat = (_roll(one.finer, one.finer.problem)[1].numbers for one in cases)
+    finer = [_roll(one.finer, one.finer.problem)[1].numbers for one in cases]
     (found, known), _, _ = levels[0]
     tables = {
         "": [own.numbers for (_, own), *_ in levels],
         LARGER: [larger.numbers for _, (_, larger), _ in levels],
         FLOOR: [common_floors(own, OF_ROLLING) for (_, own), *_ in levels],
     }
-    dataset = xr.Dataset(variables(OF_ROLLING, "ics", tables), {"ics": ["A", "Bhat"]})
+    return _compared(OF_ROLLING, tables, finer, known, found)
+
+
+def differences_without_friction(case: RandomContact) -> GridComparison:
+    """Solve a contact without friction with A and with B-hat, and compare differences of its numbers."""
+
+    def solved(case: RandomContact, ics: str) -> SolvedContact:
+        loading = Loading(case.load)
+        normal = case.on_grid.solve_in_place(case.on_grid.operator(ics), loading)
+        return SolvedContact(loading, ics, PairContact(case.on_grid, normal))
+
+    ours, finer = ([solved(one, ics) for ics in COMPARED] for one in (case, case.finer))
+    varied = [contact.variations() for contact in ours]
+    tables = {prefix: [each[prefix] for each in varied] for prefix in (LARGER, FLOOR)}
+    tables[""] = [numbers(case.on_grid, contact.normal) for contact in ours]
+    known = measured(case.on_grid, ours[0].normal, prescribed=("load", "position"))
+    exact = [numbers(contact.on_grid, contact.normal) for contact in finer]
+    return _compared(OF_FRICTIONLESS, tables, exact, known, regime(ours[0].normal))
+
+
+def _compared(
+    quantities: Mapping[str, Quantity],
+    tables: Mapping[str, list[Numbers]],
+    finer: Sequence[Numbers],
+    known: Measured,
+    regime: str,
+) -> GridComparison:
+    """Compare differences of numbers between two ICs, with their variations, to those on smaller elements."""
+    dataset = xr.Dataset(variables(quantities, "ics", tables), {"ics": list(COMPARED)})
 
     def difference(name: str) -> Difference:
-        return lambda contacts: contacts[name].sel(ics="A") - contacts[name].sel(ics="Bhat")
+        return lambda contacts: contacts[name].isel(ics=0) - contacts[name].isel(ics=1)
 
-    rows = {name: difference(name) for name in OF_ROLLING}
+    rows = {name: difference(name) for name in quantities}
     estimates = {name: float(estimate_of_difference(dataset, row)) for name, row in rows.items()}
     return GridComparison(
         {name: float(row(dataset)) for name, row in rows.items()},
-        {name: with_a[name] - with_bhat[name] for name in rows},
+        {name: finer[0][name] - finer[1][name] for name in rows},
         {name: float(row(on_larger_elements(dataset))) for name, row in rows.items()},
         without_exact(estimates, known),
-        found,
+        regime,
     )
 
 
@@ -284,8 +313,8 @@ def _roll(case: RandomContact, problem: FrictionalProblem) -> tuple[str, Measure
     return regime(rolled.contact), measured_rolling(case.on_grid, wheel, rolled)
 
 
-def frictionless_differences(case: RandomContact) -> GridComparison:
-    """Solve a contact without friction, and compare errors of its numbers with A over those with B-hat."""
+def deviations(case: RandomContact) -> GridComparison:
+    """Solve a contact without friction, and compare shares by which A is off B-hat, as of limits of ICs."""
 
     def solved(on_grid: PairOnGrid) -> PairDeviations:
         return PairDeviations(on_grid, {"A": on_grid.operator("A"), C: on_grid.operator("Bhat")})
@@ -307,7 +336,8 @@ STUDIES: Mapping[str, Study] = {
     "frictionless": frictionless,
     "rolling": rolling,
     "differences": differences,
-    "frictionless differences": frictionless_differences,
+    "differences without friction": differences_without_friction,
+    "deviations": deviations,
 }
 
 
@@ -411,8 +441,14 @@ def _solve_numbered(name: str, seed: int, number: int) -> tuple[int, Arrays]:
 
 HELD = 0.95  # least share of errors that are within their estimates
 USEFUL = 10.0  # largest median of estimate over error
-COUNTS = {"frictionless": 200, "rolling": 200, "differences": 100, "frictionless differences": 100}
-SEED = 7  # of the random contacts of each study; no share of an estimate was found with them
+COUNTS = {
+    "frictionless": 200,
+    "rolling": 200,
+    "differences": 400,
+    "differences without friction": 200,
+    "deviations": 200,
+}
+SEED = 8  # of the random contacts of each study; no share of an estimate was found with them
 SHOWN = ("p_max", "approach", "area", "F_x", "F_y", "sliding_share")  # numbers that are drawn
 FACTORS = (0.0, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.35, 1.5)
 

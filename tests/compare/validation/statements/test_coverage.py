@@ -21,7 +21,13 @@ from femic.cache.store import Store
 from femic.reference.run_options import RunOptions
 from geometries.errors import Failure
 
-MORE = (("frictionless", 40), ("rolling", 16), ("differences", 24), ("frictionless differences", 16))
+MORE = (
+    ("frictionless", 40),
+    ("rolling", 16),
+    ("differences", 24),
+    ("differences without friction", 24),
+    ("deviations", 16),
+)
 USEFUL = 15.0  # most median of estimate over error of so few contacts; 10 of many (statement 25)
 FLAT = ("A",)  # whose products are fast
 
