@@ -257,7 +257,7 @@ def differences(case: RandomContact) -> GridComparison:
     levels = [[_roll(one, problem) for problem in one.problems] for one in cases]
     finer = [_roll(one.finer, one.finer.problem)[1].numbers for one in cases]
     (found, known), _, _ = levels[0]
-    tables = {
+    tables: dict[str, list[Numbers]] = {
         "": [own.numbers for (_, own), *_ in levels],
         LARGER: [larger.numbers for _, (_, larger), _ in levels],
         FLOOR: [common_floors(own, OF_ROLLING) for (_, own), *_ in levels],
