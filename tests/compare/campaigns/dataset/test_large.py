@@ -7,8 +7,10 @@ import shutil
 import numpy as np
 import pytest
 import xarray as xr
+import zarr
 
-from compare.campaigns.dataset import CampaignDataset, open_sweep
+from compare.campaigns.dataset import DIGEST, CampaignDataset, open_sweep
+from compare.campaigns.run import compute_sweep
 from compare.campaigns.tasks import campaign_tasks
 from femic.cache.store import Store
 from geometries.errors import Failure
@@ -48,6 +50,23 @@ def test_scenes_are_appended_to_a_large_dataset(light_scenes, sweep, tmp_path):
     }
     assert (done.reused, done.failed, dict(dataset.sizes)) == (15, 4, {"E": 6, "nu": 4, "power": 2})
     campaigns.assert_sums(dataset)
+
+
+@pytest.mark.usefixtures("large_there", "light_scenes")
+def test_results_of_other_inputs_do_not_outlive_the_start_of_a_run(tmp_path):
+    """One scene was computed from files that have changed since; the run ends before it is computed."""
+    shutil.rmtree(tmp_path / "store")
+    zarr.open_group(tmp_path / "sweep.zarr")[DIGEST][1, 2] = 99
+
+    def interrupted(_):
+        raise KeyboardInterrupt
+
+    campaign = campaigns.campaign_in(tmp_path, campaigns.LIGHT)
+    with pytest.raises(KeyboardInterrupt):
+        compute_sweep(CampaignDataset(campaign, tmp_path), Store(tmp_path / "store"), interrupted)
+    left = open_sweep(tmp_path)
+    assert int(left.seconds.isnull().sum()) == 1
+    assert left.isel(E=1, nu=2)[["seconds", "sum", "powers"]].isnull().all()
 
 
 @pytest.mark.parametrize("large", [False, True])
