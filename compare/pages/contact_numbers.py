@@ -19,7 +19,7 @@ from compare.report.tables import (
     with_estimate,
 )
 from compare.report.verdicts import NO, NOT_DECIDED, YES, verdict, verdict_cell
-from femic.contact.datasets import CHANGE, DISPLACED, FLOOR, LARGER, estimate_of_difference
+from femic.contact.datasets import CHANGE, DISPLACED, FLOOR, LARGER, MISSED, estimate_of_difference
 from femic.contact.pairs.ics import C
 from femic.contact.pairs.quantities import Quantity
 from femic.results.contact import case_names, map_names
@@ -102,7 +102,7 @@ def differences(dataset: xr.Dataset, key: str, reference: str) -> tuple[xr.DataA
     Much of the error of two contacts on the same elements is common to both: where numbers on larger elements
     are known, differences are taken there, too. Elsewhere the errors of both are added.
     """
-    errors = [LARGER, CHANGE, FLOOR, "estimate_", DISPLACED]
+    errors = [LARGER, CHANGE, FLOOR, MISSED, "estimate_", DISPLACED]
     known = dataset[[prefix + key for prefix in ("", *errors) if prefix + key in dataset]].drop_attrs()
 
     def difference(contacts: xr.Dataset) -> xr.DataArray:

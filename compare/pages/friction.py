@@ -31,7 +31,7 @@ from compare.report.tables import (
     with_estimate,
 )
 from compare.report.verdicts import verdict, verdict_cell
-from femic.contact.datasets import CHANGE, FLOOR, LARGER, estimate_of_difference
+from femic.contact.datasets import CHANGE, FLOOR, LARGER, MISSED, estimate_of_difference
 from femic.contact.motions import MOTIONS
 from femic.contact.motions.rolling import OF_CURVE, scaled_force
 from femic.contact.pairs.ics import C
@@ -164,7 +164,7 @@ def difference_estimate(dataset: xr.Dataset) -> xr.DataArray:
     those of both.
     """
     if motion_name(dataset) == "rolling":
-        forces = dataset[[f"{prefix}F_x" for prefix in ("", LARGER, CHANGE, FLOOR)]]
+        forces = dataset[[f"{prefix}F_x" for prefix in ("", LARGER, CHANGE, FLOOR, MISSED)]]
         return estimate_of_difference(forces, difference)
     known = main_number(dataset, "estimate_")
     return known + known.sel(ics=reference_ics(dataset))

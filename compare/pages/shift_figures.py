@@ -14,7 +14,7 @@ from compare.report.looks import INK, Look, drawing_order, ics_looks, ics_symbol
 from compare.report.tables import number_text
 from compare.report.thinning import thin
 from compare.report.verdicts import NO, NOT_DECIDED, YES, decide
-from femic.contact.datasets import CHANGE, FLOOR, LARGER, estimate_of_difference
+from femic.contact.datasets import CHANGE, FLOOR, LARGER, MISSED, estimate_of_difference
 from femic.contact.pairs.planar import PLANAR
 from geometries.arrays import Array
 
@@ -119,7 +119,7 @@ def _difference_estimates(dataset: xr.Dataset, quantity: Quantity) -> xr.DataArr
     """Return `difference_estimate` of all ICs."""
     name, scale = quantity.name, _friction_limit(dataset, quantity)
     best, known = reference_names(dataset, name), dataset[f"estimate_{name}"]
-    varied = dataset[[prefix + name for prefix in ("", LARGER, CHANGE, FLOOR)]]
+    varied = dataset[[prefix + name for prefix in ("", LARGER, CHANGE, FLOOR, MISSED)]]
     result = estimate_of_difference(varied, lambda contacts: _less_the_best(contacts[name], best, scale))
     both = (_with_ics(known, best) + known) / (scale or abs(reference_values(dataset, name)))
     return result.where(dataset.ics != PLANAR, both)

@@ -3,29 +3,31 @@
 Beside a number `NAME` stand `larger_NAME`, the number on elements twice as large (in compression with steps
 of load twice as large, too), and `change_NAME`, by how much it changes with ICs plus their estimated errors:
 0 where no errors are known, as of approximations; and `floor_NAME`, by how much it may change against that of
-other ICs on the same elements where single elements are in another state. `larger_p`, over `larger_x` and
-`larger_s`, and `change_p` are those of the tractions.
+other ICs on the same elements where single elements are in another state; and `missed_NAME`, the share of
+its differences between ICs that elements may miss. `larger_p`, over `larger_x` and `larger_s`, and `change_p`
+are those of the tractions.
 
 From these follow estimates of differences between the contacts of several ICs, such as distances to C. On the
 same elements much of the error of both contacts is the same, and is no error of their difference. So a
 difference is evaluated again on elements twice as large, with numbers plus their floors, and with changed
 ICs: its error is estimated as
 
-    F |d_h - d_2h| + 0.07 |d| + sum over ICs of |d(number + floor) - d|
+    F |d_h - d_2h| + m |d| + sum over ICs of |d(number + floor) - d|
     + sum over ICs of max over +- of |d(ICs +- their estimated errors) - d|,
 
 with F = 1.25 and the first order of `femic.contact.estimates`. Two grids may agree by luck: elements know a
-difference, like any number, to a share of itself; and ICs whose edges and borders are not the same cut
-elements in other places (`common_floors`).
+difference, like any number, to a share m of itself, which falls with the part of elements at the edge of the
+contact; and ICs whose edges and borders are not the same cut elements in other places (`apart`).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from operator import itemgetter
 
 import numpy as np
 import xarray as xr
 
-from femic.contact.estimates import SAFETY, Measured
+from femic.contact.estimates import EDGE, SAFETY, Measured
 from femic.contact.frictional import FrictionalContact
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.pairs.quantities import Quantity
@@ -41,7 +43,7 @@ INCLINATION = {"units": "rad", "long_name": "inclination of the lower contour"}
 TRACTION = "traction on the upper body"
 SIMPLIFIED = {"long_name": "whether the contact was only solved in the less accurate form"}
 LARGER, CHANGE = "larger_", "change_"  # before the names of numbers, of tractions, and of places
-FLOOR = "floor_"  # before the names of numbers
+FLOOR, MISSED = "floor_", "missed_"  # before the names of numbers
 DISPLACED, STEADY = "displaced_", "steady_"
 PREFIXES = {  # before the name of a quantity: what the variable is besides its meaning
     "": "",
@@ -51,6 +53,7 @@ PREFIXES = {  # before the name of a quantity: what the variable is besides its 
     LARGER: ": on elements twice as large",
     CHANGE: ": change with the ICs plus their estimated errors",
     FLOOR: ": change if single elements change their state",
+    MISSED: ": share of differences between ICs that elements may miss",
     STEADY: ": in steady rolling",
     f"estimate_{STEADY}": ": estimated error in steady rolling",
 }
@@ -64,7 +67,10 @@ def variables(
         prefix + name: xr.Variable(
             dims,
             np.vectorize(itemgetter(name), otypes=[float])(table),
-            {"units": quantity.unit, "long_name": quantity.meaning + PREFIXES[prefix]},
+            {
+                "units": "1" if prefix == MISSED else quantity.unit,
+                "long_name": quantity.meaning + PREFIXES[prefix],
+            },
         )
         for prefix, table in tables.items()
         for name, quantity in quantities.items()
@@ -79,32 +85,61 @@ def read_grid(dataset: xr.Dataset) -> Grid:
 
 # --- maps and variations ---
 
-APART = 0.025  # share of a floor that two ICs do not have in common; of some numbers it is another one
-WITH_FRICTION = (
+
+@dataclass(frozen=True)
+class Shares:
+    """By name of a number: what of its floor two ICs do not have in common, what of a difference is missed.
+
+    The latter is a share of the part of elements that are at the edge of the contact.
+    """
+
+    floors: Mapping[str, float]
+    missed: Mapping[str, float]
+
+
+OF_FLOOR, OF_DIFFERENCE = 0.025, 0.3  # shares of numbers that are not named
+WITH_FRICTION = Shares(
     dict.fromkeys(("area", "sliding_share"), 0.1)
-    | {"dissipation": 0.045, "F_x": 0.038, "F_y": 0.022, "M_x": 0.008, "M_z": 0.018}
-    | {"approach": 0.011, "a": 0.0125, "b": 0.03, "angle": 0.03}
+    | {"dissipation": 0.042, "F_x": 0.036, "F_y": 0.022, "M_x": 0.008, "M_z": 0.017}
+    | {"approach": 0.01, "a": 0.0125, "b": 0.03, "angle": 0.03},
+    {},
 )
-WITHOUT_FRICTION = (
+WITHOUT_FRICTION = Shares(  # pressures are smooth where no border parts stick and slip
     {"area": 0.08, "stiffness": 0.035, "F_y": 0.02, "M_x": 0.02}
-    | {"a": 0.0035, "b": 0.005, "angle": 0.005, "aspect": 0.006}
-    | {"p_max": 0.0003, "approach": 0.0}  # pressures are smooth where no border parts stick and slip
+    | {"a": 0.0028, "b": 0.006, "angle": 0.006, "aspect": 0.006}
+    | {"p_max": 0.0003, "approach": 0.0},
+    {"p_max": 0.1, "approach": 0.1},
 )
 
 
-def common_floors(
-    contact: Measured | None, quantities: Mapping[str, Quantity], apart: Mapping[str, float] = WITH_FRICTION
-) -> dict[str, float]:
-    """Return the parts of the floors of numbers that two ICs do not have in common; NaN for no contact.
+def apart(
+    contact: Measured | None, quantities: Mapping[str, Quantity], shares: Shares = WITH_FRICTION
+) -> dict[str, dict[str, float]]:
+    """Return what elements may do to differences between ICs, by `FLOOR` and `MISSED`; NaN for no contact.
 
     Edges and borders cut the same elements with both nearly alike; whether an element counts as in contact,
     or as sliding, is no continuous error, and less common to both. Shares were found as those of
-    `femic.contact.estimates`, with friction and without it (`apart`).
+    `femic.contact.estimates`.
     """
-    return {
-        name: np.nan if contact is None else contact.floor(name, quantity.kind) * apart.get(name, APART)
+    if contact is None:
+        return {prefix: dict.fromkeys(quantities, np.nan) for prefix in (FLOOR, MISSED)}
+    floors = {
+        name: contact.floor(name, quantity.kind) * shares.floors.get(name, OF_FLOOR)
         for name, quantity in quantities.items()
     }
+    at_edge = contact.floors[EDGE]
+    return {
+        FLOOR: floors,
+        MISSED: {name: at_edge * shares.missed.get(name, OF_DIFFERENCE) for name in quantities},
+    }
+
+
+def apart_in_turn(
+    contacts: Iterable[Measured | None], quantities: Mapping[str, Quantity]
+) -> dict[str, list[dict[str, float]]]:
+    """Return the same for several contacts with friction."""
+    rows = [apart(contact, quantities) for contact in contacts]
+    return {prefix: [row[prefix] for row in rows] for prefix in (FLOOR, MISSED)}
 
 
 def maps(on_grid: PairOnGrid, contact: FrictionalContact, slip_unit: str = "1") -> xr.Dataset:
@@ -158,7 +193,7 @@ def varied_tractions(on_grid: PairOnGrid, larger: FrictionalContact | None, chan
 
 # --- differences between ICs ---
 
-MISSED = 0.07  # share of a difference that elements may miss
+OF_UNKNOWN_EDGE = 0.07  # share of a difference that is missed where the part at edges is not known
 
 Difference = Callable[[xr.Dataset], xr.DataArray]
 Norm = Callable[[xr.DataArray], xr.DataArray]
@@ -194,7 +229,8 @@ def estimate_of_difference(dataset: xr.Dataset, difference: Difference, norm: No
     differences: by the triangle inequality the sizes are as far apart as the size of what changes, at most.
     """
     given, changes = difference(dataset), _varied_names(dataset, CHANGE)
-    estimate = SAFETY * norm(difference(on_larger_elements(dataset)) - given) + MISSED * norm(given)
+    size = norm(given)
+    estimate = SAFETY * norm(difference(on_larger_elements(dataset)) - given) + _missed(dataset, size)
     if _varied_names(dataset, FLOOR):
         for ics in dataset.ics.values:
             estimate = estimate + norm(difference(with_variation(dataset, FLOOR, ics)) - given)
@@ -205,6 +241,15 @@ def estimate_of_difference(dataset: xr.Dataset, difference: Difference, norm: No
             ]
             estimate = estimate + xr.concat(both, "sign").max("sign", skipna=False)
     return estimate
+
+
+def _missed(dataset: xr.Dataset, size: xr.DataArray) -> xr.DataArray:
+    """Return what elements may miss of a difference of a size; the largest share of all numbers counts."""
+    shares = [dataset[MISSED + name] for name in _varied_names(dataset, MISSED)]
+    if not shares:
+        return OF_UNKNOWN_EDGE * size
+    of_names = [share.max([dim for dim in share.dims if dim not in size.dims]) for share in shares]
+    return size * xr.concat(xr.broadcast(*of_names), "name").max("name")
 
 
 def _varied_names(dataset: xr.Dataset, prefix: str) -> list[str]:

@@ -219,6 +219,7 @@ OF_PEAK = 0.2  # part of the second differences of pressures at the largest one
 OF_SLIDING, OF_TURNING = 1.0, 0.7  # part of the area of open elements in another state: at random, of turning
 OF_AREA, OF_STIFFNESS = 0.2, 0.1  # part of the area of elements at the edge that may not be in contact
 MIRRORED = 1e-5  # of the largest contribution of an element: as much as tractions are solved to
+EDGE = "edge"  # name of the part of elements that are at the edge, beside the floors
 NEIGHBOURS = ((1, 0), (-1, 0), (0, 1), (0, -1))
 NEARLY = 1 + 1e-9  # beside an element of another state both are the same to rounding
 
@@ -314,6 +315,7 @@ def floors(tractions: SlipState) -> dict[str, float]:
         "work": OF_WORK * rests_on_state / OF_STATE + OF_EDGE * load_share(at_edge),
         "sliding": OF_SLIDING * np.sqrt(part(tractions.open) / area) + OF_TURNING * part(tractions.turning),
         "area": OF_AREA * part(at_edge),
+        EDGE: part(at_edge),
         "stiffness": OF_STIFFNESS * part(at_edge),  # it grows like the square root of the area
         "slope": OF_STIFFNESS * part(at_edge) + rests_on_state,  # so does the slope of a curve
     }

@@ -12,7 +12,18 @@ import xarray as xr
 
 from approx.variants import needs_effective
 from femic.cache.digests import results_digest, versions
-from femic.contact.datasets import CHANGE, DISPLACED, FLOOR, INCLINATION, LARGER, SECONDS, S, X, variables
+from femic.contact.datasets import (
+    CHANGE,
+    DISPLACED,
+    FLOOR,
+    INCLINATION,
+    LARGER,
+    MISSED,
+    SECONDS,
+    S,
+    X,
+    variables,
+)
 from femic.contact.feasibility import impossible, without_operator
 from femic.contact.finite_strain import finite_strain_shares
 from femic.contact.loading import amount
@@ -149,7 +160,7 @@ def to_dataset(scene: Scene, solution: FrictionlessContacts) -> xr.Dataset:
         DISPLACED: by_contact(displaced),
     }
     varied = by_contact(lambda contact: contact.variations())
-    for prefix in (LARGER, CHANGE, FLOOR):
+    for prefix in (LARGER, CHANGE, FLOOR, MISSED):
         tables[prefix] = [[variations[prefix] for variations in row] for row in varied]
     by_load = solution.loadings[0].load is not None
     name, unit = ("load", "N") if by_load else ("approach", "mm")

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from femic.contact import estimates
-from femic.contact.datasets import CHANGE, FLOOR, LARGER, common_floors
+from femic.contact.datasets import CHANGE, FLOOR, LARGER, MISSED, apart_in_turn
 from femic.contact.estimates import Kind, Measured, changes, errors, from_grids
 from femic.contact.motions.rolling import OF_ROLLING, measured_rolling
 from femic.contact.pairs.quantities import kinds, measured
@@ -284,15 +284,20 @@ def wheel_numbers(state: AxleState, number: int, ics: str, others: Sequence[Othe
         {name: abs(value - total[name]) for name, value in _total(*other, measures).items()}
         for other, measures in zip(others, by_other, strict=True)
     ]
-    floors = [common_floors(fine, OF_ROLLING) for fine in by_level[0]]
+    uncommon = apart_in_turn(by_level[0], OF_ROLLING)
     variations = {
         LARGER: _total(larger_level.wheels[number], larger_level.contacts[number], by_level[1])
         if larger_level
         else nothing,
         CHANGE: {name: float(sum(each[name] for each in moved)) for name in SUMMED},
-        FLOOR: {
-            name: float(sum(each["dissipation" if name == WORK else name] for each in floors))
-            for name in SUMMED
+        **{
+            prefix: {
+                name: float(
+                    of_all(each["dissipation" if name == WORK else name] for each in uncommon[prefix])
+                )
+                for name in SUMMED
+            }
+            for prefix, of_all in ((FLOOR, sum), (MISSED, max))
         },
     }
     return WheelNumbers(numbers, estimated, tuple(patches), variations)

@@ -12,7 +12,16 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from femic.contact.datasets import APART, CHANGE, FLOOR, LARGER, PREFIXES, WITHOUT_FRICTION, common_floors
+from femic.contact.datasets import (
+    CHANGE,
+    FLOOR,
+    LARGER,
+    MISSED,
+    OF_FLOOR,
+    PREFIXES,
+    WITHOUT_FRICTION,
+    apart,
+)
 from femic.contact.estimates import Measured, Numbers, changes, errors
 from femic.contact.exact.hertz import combined_modulus
 from femic.contact.normal import NormalContact
@@ -46,6 +55,7 @@ NUMBERS = {  # of a contact, by name: unit and meaning
     **{
         f"{prefix}p_max": ("MPa", f"largest pressure{PREFIXES[prefix]}") for prefix in (LARGER, CHANGE, FLOOR)
     },
+    f"{MISSED}p_max": ("1", f"largest pressure{PREFIXES[MISSED]}"),
     "approach": ("mm", "approach of wheel and rail"),
     "vertical": ("N", "vertical force on the wheel, perpendicular to the track"),
     "lateral": ("N", "lateral force on the wheel, positive towards the middle of the track"),
@@ -285,7 +295,7 @@ def _numbers(
 
     `lacks` [MPa] is what p_max lacks on this grid. `changed` are the contact with the ICs plus their
     estimated error, and that with nearer supports. What the grid lacks and what rounded points of profiles do
-    is nearly the same with all ICs, as are floors: the part `APART` of it is none that they have in common.
+    is nearly the same with all ICs, as are floors: the part `OF_FLOOR` of it is not in common.
     """
     lateral, vertical = place.in_track(contact.force)
     patches = [
@@ -311,13 +321,14 @@ def _numbers(
     estimate = max(known[highest]["p_max"] + rounded[highest], uppermost - max(p_max))
     on_grid, pressed = contact.areas.on_grids[highest], contact.contacts[highest]
     known_numbers = measured(on_grid, pressed, ESTIMATED)
-    floor = common_floors(known_numbers, {"p_max": ALL["p_max"]}, WITHOUT_FRICTION)["p_max"]
+    uncommon = apart(known_numbers, {"p_max": ALL["p_max"]}, WITHOUT_FRICTION)
     return {
         "p_max": max(p_max),
         "estimate_p_max": estimate + lacks + sum(moved[1:]),
         f"{LARGER}p_max": np.nan if contact.coarser is None else _p_max(contact.coarser),
         f"{CHANGE}p_max": sum(moved),
-        f"{FLOOR}p_max": floor + APART * (rounded[highest] + lacks),
+        f"{FLOOR}p_max": uncommon[FLOOR]["p_max"] + OF_FLOOR * (rounded[highest] + lacks),
+        f"{MISSED}p_max": uncommon[MISSED]["p_max"],
         "approach": contact.approach,
         "vertical": vertical,
         "lateral": -lateral,
@@ -383,7 +394,7 @@ def _planar_numbers(place: Place, planar: PlanarContact) -> Row:
     return {
         "p_max": float(np.max(highest.contact.p)),
         "estimate_p_max": errors(kinds(OF_PLANE), levels[0], levels[1:])["p_max"],
-        **dict.fromkeys((f"{LARGER}p_max", f"{CHANGE}p_max", f"{FLOOR}p_max"), np.nan),  # elements of its own
+        **{f"{prefix}p_max": np.nan for prefix in (LARGER, CHANGE, FLOOR, MISSED)},  # elements of its own
         "approach": planar.approach,
         "vertical": vertical,
         "lateral": float(np.dot(forces, np.sin(angles))),

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from femic.contact.datasets import CHANGE, FLOOR, LARGER, PREFIXES
+from femic.contact.datasets import CHANGE, FLOOR, LARGER, MISSED, PREFIXES
 from femic.contact.normal import PotentialAreaTooSmall
 from femic.contact.operators.protocols import FullOperator
 from femic.contact.pairs.area_grids import MOST_TRIES, longer
@@ -123,10 +123,10 @@ def label_wheelset(
             )
             dims = ("side", "ics") if name in OF_WHEEL else ("ics",)
             variables[prefix + name] = dims, values, {"units": unit, "long_name": about}
-    for name, prefix in product(SUMMED, (LARGER, CHANGE, FLOOR)):
+    for name, prefix in product(SUMMED, (LARGER, CHANGE, FLOOR, MISSED)):
         unit, meaning = OF_WHEEL[name]
         values = [[wheel.variations.get(prefix, {}).get(name, np.nan)] for wheel in both]
-        attributes = {"units": unit, "long_name": meaning + PREFIXES[prefix]}
+        attributes = {"units": "1" if prefix == MISSED else unit, "long_name": meaning + PREFIXES[prefix]}
         variables[prefix + name] = ("side", "ics"), values, attributes
     most = max((len(wheel.patches) for wheel in wheels.values()), default=1)
     for name, (unit, meaning) in OF_PATCH.items():

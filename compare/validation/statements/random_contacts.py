@@ -25,8 +25,9 @@ from femic.cache.workers import in_processes
 from femic.contact.datasets import (
     FLOOR,
     LARGER,
+    MISSED,
     Difference,
-    common_floors,
+    apart_in_turn,
     estimate_of_difference,
     on_larger_elements,
     variables,
@@ -257,10 +258,10 @@ def differences(case: RandomContact) -> GridComparison:
     levels = [[_roll(one, problem) for problem in one.problems] for one in cases]
     finer = [_roll(one.finer, one.finer.problem)[1].numbers for one in cases]
     (found, known), _, _ = levels[0]
-    tables: dict[str, list[Numbers]] = {
+    tables: dict[str, Sequence[Numbers]] = {
         "": [own.numbers for (_, own), *_ in levels],
         LARGER: [larger.numbers for _, (_, larger), _ in levels],
-        FLOOR: [common_floors(own, OF_ROLLING) for (_, own), *_ in levels],
+        **apart_in_turn((own for (_, own), *_ in levels), OF_ROLLING),
     }
     return _compared(OF_ROLLING, tables, finer, known, found)
 
@@ -275,7 +276,7 @@ def differences_without_friction(case: RandomContact) -> GridComparison:
 
     ours, finer = ([solved(one, ics) for ics in COMPARED] for one in (case, case.finer))
     varied = [contact.variations() for contact in ours]
-    tables = {prefix: [each[prefix] for each in varied] for prefix in (LARGER, FLOOR)}
+    tables = {prefix: [each[prefix] for each in varied] for prefix in (LARGER, FLOOR, MISSED)}
     tables[""] = [numbers(case.on_grid, contact.normal) for contact in ours]
     known = measured(case.on_grid, ours[0].normal, prescribed=("load", "position"))
     exact = [numbers(contact.on_grid, contact.normal) for contact in finer]
@@ -284,7 +285,7 @@ def differences_without_friction(case: RandomContact) -> GridComparison:
 
 def _compared(
     quantities: Mapping[str, Quantity],
-    tables: Mapping[str, list[Numbers]],
+    tables: Mapping[str, Sequence[Numbers]],
     finer: Sequence[Numbers],
     known: Measured,
     regime: str,

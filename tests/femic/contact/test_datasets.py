@@ -5,17 +5,20 @@ import pytest
 import xarray as xr
 
 from approx.pair import Pair, Solid
+from femic.contact import datasets
 from femic.contact.datasets import (
     FLOOR,
     LARGER,
     MISSED,
-    common_floors,
+    OF_DIFFERENCE,
+    OF_UNKNOWN_EDGE,
+    WITHOUT_FRICTION,
     estimate_of_difference,
     on_larger_elements,
     variables,
     with_variation,
 )
-from femic.contact.estimates import SAFETY, Measured, Scale
+from femic.contact.estimates import EDGE, SAFETY, Measured, Scale
 from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.loading import Loading
 from femic.contact.motions.none import SolvedContact
@@ -50,7 +53,7 @@ def contacts(values=VARIED, larger=VARIED, change=(0.0, 0.0, 0.0)):
 def beside_itself(dataset, difference, *norm):
     """The estimate without the share of the difference itself."""
     size = (norm or (abs,))[0](difference(dataset))
-    return estimate_of_difference(dataset, difference, *norm) - MISSED * size
+    return estimate_of_difference(dataset, difference, *norm) - OF_UNKNOWN_EDGE * size
 
 
 def apart(dataset, ics="a"):
@@ -89,19 +92,36 @@ def test_signed_differences_are_bounded_across_zero_and_errors_in_common_are_non
 def test_grids_that_agree_by_luck_leave_floors_of_both_and_a_share_of_the_difference():
     """Floors add up, whatever the signs of errors; those of other ICs do not count."""
     given = contacts().assign(floor_q=("ics", [0.3, 100.0, 0.5]))
-    assert estimate_of_difference(given, apart) == pytest.approx(MISSED * 30.0 + 0.3 + 0.5)
+    assert estimate_of_difference(given, apart) == pytest.approx(OF_UNKNOWN_EDGE * 30.0 + 0.3 + 0.5)
 
 
-def test_two_contacts_have_most_of_their_floors_in_common_but_not_all():
-    """Of each number that elements can change."""
+def made_contact(edge):
+    """A contact whose numbers are 2, with floors of 10 % of them; p_max is exact."""
     of_all = kinds(OF_ROLLING)
-    floors_of = {floor for kind in of_all.values() for floor in kind.floors}
+    floors = dict.fromkeys({floor for kind in of_all.values() for floor in kind.floors}, 0.1) | {EDGE: edge}
     scales = {kind.scale: Scale(2.0, 2.0) for kind in of_all.values()}
-    contact = Measured(dict.fromkeys(OF_ROLLING, 2.0), scales, dict.fromkeys(floors_of, 0.1), ("p_max",))
-    apart = common_floors(contact, OF_ROLLING)
-    assert apart.pop("p_max") == 0  # it is exact
-    for name, part in apart.items():
-        assert 0.005 < part / contact.floor(name, of_all[name]) < 0.2, name
+    return Measured(dict.fromkeys(OF_ROLLING, 2.0), scales, floors, ("p_max",))
+
+
+@pytest.mark.parametrize("shares", [datasets.WITH_FRICTION, WITHOUT_FRICTION])
+def test_two_contacts_have_most_of_their_floors_in_common(shares):
+    """Of each number that elements can change."""
+    contact, of_all = made_contact(0.5), kinds(OF_ROLLING)
+    floors = datasets.apart(contact, OF_ROLLING, shares)[FLOOR]
+    assert floors.pop("p_max") == 0  # it is exact
+    for name, part in floors.items():
+        assert 0 <= part / contact.floor(name, of_all[name]) < 0.11, name
+
+
+def test_elements_miss_less_of_a_difference_the_fewer_of_them_are_at_the_edge():
+    """Of several numbers, and of contacts over which a size is found, the largest share counts."""
+    rows = datasets.apart_in_turn([made_contact(0.5), made_contact(0.1), None], OF_ROLLING)
+    shares = [row["F_x"] for row in rows[MISSED]]
+    np.testing.assert_array_equal(shares, [0.5 * OF_DIFFERENCE, 0.1 * OF_DIFFERENCE, np.nan])
+    given = contacts().assign(missed_q=("ics", [0.01, 0.5, 0.02]), missed_other=("ics", [0.03, 0.0, 0.0]))
+    assert estimate_of_difference(given, apart) == pytest.approx(0.5 * 30.0)
+    each = estimate_of_difference(given.drop_vars("missed_other"), lambda one: one.q - one.q.sel(ics="C"))
+    np.testing.assert_allclose(each.sel(ics=["a", "b"]), [0.01 * 30.0, 0.5 * 20.0])
 
 
 def test_changes_of_several_ics_may_have_any_signs_and_the_larger_one_of_both_counts():
@@ -144,7 +164,7 @@ def test_without_friction_differences_are_known_to_a_part_of_themselves(across):
     }
     dx, ds = (2 * size / across for size in (exact["soft"].a, exact["soft"].b))
     grid = Grid(across + 8, across + 8, dx, ds)
-    tables = {"": [], LARGER: [], FLOOR: []}
+    tables = {"": [], LARGER: [], FLOOR: [], MISSED: []}
     for each in steel.values():
         pair = Pair(Solid(each, wheel), Solid(each, rail))
         on_grid = PairOnGrid(pair, Undeformed(wheel, rail, (-9.0, 9.0), 0.0), grid)

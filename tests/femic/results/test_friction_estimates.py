@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from femic.contact.datasets import MISSED
+from femic.contact.datasets import OF_UNKNOWN_EDGE
 from femic.contact.estimates import SAFETY, Measured
 from femic.contact.motions.compression import OF_COMPRESSION
 from femic.contact.motions.rolling import OF_CURVE, OF_ROLLING, between, curve_distances, deciding_creepages
@@ -124,7 +124,7 @@ def curves(force, larger=None, change=None):
 
 def beside_itself(of, name):
     """The estimate of a distance without the share of itself that elements may miss."""
-    return of[f"estimate_{name}"] - MISSED * of[name]
+    return of[f"estimate_{name}"] - OF_UNKNOWN_EDGE * of[name]
 
 
 def sizes(away):

@@ -68,6 +68,7 @@ def numbers(where, ics):
     forces = {"vertical": 9e4, "lateral": 4e3, "estimate_lateral": 50.0}
     sizes = {"angle": 20 + shift, "a": 6.0, "b": 5.0, "seconds": 0.5, "patches": patches}
     varied = {"larger_p_max": largest, "change_p_max": 0.0, "floor_p_max": 3.0 if ics != "A" else 0.0}
+    varied |= {"missed_p_max": 0.05}
     return {"p_max": largest, "estimate_p_max": 3.0, "approach": 0.1} | varied | forces | sizes
 
 
@@ -95,6 +96,7 @@ def rolling_wheel(shift, side, ics):
         "larger_": own,
         "change_": dict.fromkeys(summed, 0.0),
         "floor_": dict.fromkeys(summed, floor),
+        "missed_": dict.fromkeys(summed, 0.05),
     }
     return WheelNumbers(own, dict.fromkeys(summed, 50.0), patches, variations)
 

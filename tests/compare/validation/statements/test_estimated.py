@@ -16,7 +16,7 @@ from compare.validation.statements.frame import (
     ratio,
 )
 from compare.validation.statements.page import as_entry
-from femic.contact.datasets import MISSED
+from femic.contact.datasets import OF_UNKNOWN_EDGE
 from tests.compare.validation.statements import friction_makers
 from tests.compare.validation.statements.friction_makers import CURVE, SLIDING, TRACTION
 from tests.compare.validation.statements.mutations import CRITERIA
@@ -99,7 +99,7 @@ def test_a_ratio_is_known_to_the_worst_that_its_parts_can_make_of_it():
 
 def of_ratio(one, other, estimate):
     """What a ratio of two differences is known to: elements may miss a part of each difference, too."""
-    return (one * (1 + MISSED) + estimate) / (other * (1 - MISSED) - estimate) - one / other
+    return (one * (1 + OF_UNKNOWN_EDGE) + estimate) / (other * (1 - OF_UNKNOWN_EDGE) - estimate) - one / other
 
 
 KNOWN_TO = {  # a value, and its estimate by what the made contacts are known to
@@ -108,9 +108,9 @@ KNOWN_TO = {  # a value, and its estimate by what the made contacts are known to
     (28, "B, B̂"): (0.08, KNOWN),
     (29, "better"): (0.9, (0.09 + KNOWN) / (0.1 - KNOWN) - 0.9),
     (30, "angles"): (0.05, KNOWN * 1.05),
-    (34, "shift"): (0.2, CURVE + MISSED * 0.2),
+    (34, "shift"): (0.2, CURVE + OF_UNKNOWN_EDGE * 0.2),
     (34, "close"): (0.07, CURVE),
-    (35, "off"): (0.2, 1.1 * TRACTION + MISSED * 0.2),
+    (35, "off"): (0.2, 1.1 * TRACTION + OF_UNKNOWN_EDGE * 0.2),
     (37, "B"): (0.8, of_ratio(0.08, 0.1, TRACTION)),
     (37, "sliding"): (0.8, (0.08 + 2 * SLIDING) / (0.1 - 2 * SLIDING) - 0.8),  # the sum of both
     (39, "curve"): (0.7, (0.07 + CURVE) / (0.1 - CURVE) - 0.7),
