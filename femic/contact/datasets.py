@@ -17,7 +17,7 @@ ICs: its error is estimated as
 
 with F = 1.25 and the first order of `femic.contact.estimates`. Two grids may agree by luck: elements know a
 difference, like any number, to a share m of itself, which falls with the part of elements at the edge of the
-contact; and ICs whose edges and borders are not the same cut elements in other places (`apart`).
+contact; and ICs whose edges and borders are not the same cut elements in other places (`difference_errors`).
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -86,62 +86,6 @@ def read_grid(dataset: xr.Dataset) -> Grid:
 # --- maps and variations ---
 
 
-@dataclass(frozen=True)
-class Shares:
-    """By name of a number: what of its floor two ICs do not have in common, what of a difference is missed.
-
-    The latter is a share of the part of elements that are at the edge of the contact.
-    """
-
-    floors: Mapping[str, float]
-    missed: Mapping[str, float]
-
-
-OF_FLOOR, OF_DIFFERENCE = 0.025, 0.3  # shares of numbers that are not named
-WITH_FRICTION = Shares(
-    dict.fromkeys(("area", "sliding_share"), 0.1)
-    | {"dissipation": 0.042, "F_x": 0.036, "F_y": 0.022, "M_x": 0.008, "M_z": 0.017}
-    | {"approach": 0.01, "a": 0.0125, "b": 0.03, "angle": 0.03},
-    {},
-)
-WITHOUT_FRICTION = Shares(  # pressures are smooth where no border parts stick and slip
-    {"area": 0.08, "stiffness": 0.035, "F_y": 0.02, "M_x": 0.02}
-    | {"a": 0.0028, "b": 0.006, "angle": 0.006, "aspect": 0.006}
-    | {"p_max": 0.0003, "approach": 0.0},
-    {"p_max": 0.1, "approach": 0.1},
-)
-
-
-def apart(
-    contact: Measured | None, quantities: Mapping[str, Quantity], shares: Shares = WITH_FRICTION
-) -> dict[str, dict[str, float]]:
-    """Return what elements may do to differences between ICs, by `FLOOR` and `MISSED`; NaN for no contact.
-
-    Edges and borders cut the same elements with both nearly alike; whether an element counts as in contact,
-    or as sliding, is no continuous error, and less common to both. Shares were found as those of
-    `femic.contact.estimates`.
-    """
-    if contact is None:
-        return {prefix: dict.fromkeys(quantities, np.nan) for prefix in (FLOOR, MISSED)}
-    floors = {
-        name: contact.floor(name, quantity.kind) * shares.floors.get(name, OF_FLOOR)
-        for name, quantity in quantities.items()
-    }
-    at_edge = contact.floors[EDGE]
-    return {
-        FLOOR: floors,
-        MISSED: {name: at_edge * shares.missed.get(name, OF_DIFFERENCE) for name in quantities},
-    }
-
-
-def apart_in_turn(
-    contacts: Iterable[Measured | None], quantities: Mapping[str, Quantity]
-) -> dict[str, list[dict[str, float]]]:
-    """Return the same for several contacts with friction."""
-    rows = [apart(contact, quantities) for contact in contacts]
-    return {prefix: [row[prefix] for row in rows] for prefix in (FLOOR, MISSED)}
-
-
 def maps(on_grid: PairOnGrid, contact: FrictionalContact, slip_unit: str = "1") -> xr.Dataset:
     """Return tractions, sticking, slip and work of friction of a contact on its grid.
 
@@ -192,6 +136,63 @@ def varied_tractions(on_grid: PairOnGrid, larger: FrictionalContact | None, chan
 
 
 # --- differences between ICs ---
+
+
+@dataclass(frozen=True)
+class Shares:
+    """By name of a number: what of its floor two ICs do not have in common, what of a difference is missed.
+
+    The latter is a share of the part of elements that are at the edge of the contact.
+    """
+
+    floors: Mapping[str, float]
+    missed: Mapping[str, float]
+
+
+OF_FLOOR, OF_DIFFERENCE = 0.025, 0.3  # shares of numbers that are not named
+WITH_FRICTION = Shares(
+    dict.fromkeys(("area", "sliding_share"), 0.1)
+    | {"dissipation": 0.042, "F_x": 0.036, "F_y": 0.022, "M_x": 0.008, "M_z": 0.017}
+    | {"approach": 0.01, "a": 0.0125, "b": 0.03, "angle": 0.03},
+    {},
+)
+WITHOUT_FRICTION = Shares(  # pressures are smooth where no border parts stick and slip
+    {"area": 0.08, "stiffness": 0.035, "F_y": 0.02, "M_x": 0.02}
+    | {"a": 0.0028, "b": 0.006, "angle": 0.006, "aspect": 0.006}
+    | {"p_max": 0.0003, "approach": 0.0},
+    {"p_max": 0.1, "approach": 0.1},
+)
+
+
+def difference_errors(
+    contact: Measured | None, quantities: Mapping[str, Quantity], shares: Shares = WITH_FRICTION
+) -> dict[str, dict[str, float]]:
+    """Return what elements may do to differences between ICs, by `FLOOR` and `MISSED`; NaN for no contact.
+
+    Edges and borders cut the same elements with both nearly alike; whether an element counts as in contact,
+    or as sliding, is no continuous error, and less common to both. Shares were found as those of
+    `femic.contact.estimates`.
+    """
+    if contact is None:
+        return {prefix: dict.fromkeys(quantities, np.nan) for prefix in (FLOOR, MISSED)}
+    floors = {
+        name: contact.floor(name, quantity.kind) * shares.floors.get(name, OF_FLOOR)
+        for name, quantity in quantities.items()
+    }
+    at_edge = contact.floors[EDGE]
+    return {
+        FLOOR: floors,
+        MISSED: {name: at_edge * shares.missed.get(name, OF_DIFFERENCE) for name in quantities},
+    }
+
+
+def difference_errors_of_all(
+    contacts: Iterable[Measured | None], quantities: Mapping[str, Quantity]
+) -> dict[str, list[dict[str, float]]]:
+    """Return the same for several contacts with friction."""
+    rows = [difference_errors(contact, quantities) for contact in contacts]
+    return {prefix: [row[prefix] for row in rows] for prefix in (FLOOR, MISSED)}
+
 
 OF_UNKNOWN_EDGE = 0.07  # share of a difference that is missed where the part at edges is not known
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from femic.contact import estimates
-from femic.contact.datasets import CHANGE, FLOOR, LARGER, MISSED, apart_in_turn
+from femic.contact.datasets import CHANGE, FLOOR, LARGER, MISSED, difference_errors_of_all
 from femic.contact.estimates import Kind, Measured, changes, errors, from_grids
 from femic.contact.motions.rolling import OF_ROLLING, measured_rolling
 from femic.contact.pairs.quantities import kinds, measured
@@ -284,7 +284,7 @@ def wheel_numbers(state: AxleState, number: int, ics: str, others: Sequence[Othe
         {name: abs(value - total[name]) for name, value in _total(*other, measures).items()}
         for other, measures in zip(others, by_other, strict=True)
     ]
-    uncommon = apart_in_turn(by_level[0], OF_ROLLING)
+    uncommon = difference_errors_of_all(by_level[0], OF_ROLLING)
     variations = {
         LARGER: _total(larger_level.wheels[number], larger_level.contacts[number], by_level[1])
         if larger_level

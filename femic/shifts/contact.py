@@ -20,7 +20,7 @@ from femic.contact.datasets import (
     OF_FLOOR,
     PREFIXES,
     WITHOUT_FRICTION,
-    apart,
+    difference_errors,
 )
 from femic.contact.estimates import Measured, Numbers, changes, errors
 from femic.contact.exact.hertz import combined_modulus
@@ -321,7 +321,7 @@ def _numbers(
     estimate = max(known[highest]["p_max"] + rounded[highest], uppermost - max(p_max))
     on_grid, pressed = contact.areas.on_grids[highest], contact.contacts[highest]
     known_numbers = measured(on_grid, pressed, ESTIMATED)
-    uncommon = apart(known_numbers, {"p_max": ALL["p_max"]}, WITHOUT_FRICTION)
+    uncommon = difference_errors(known_numbers, {"p_max": ALL["p_max"]}, WITHOUT_FRICTION)
     return {
         "p_max": max(p_max),
         "estimate_p_max": estimate + lacks + sum(moved[1:]),

@@ -27,7 +27,7 @@ from femic.contact.datasets import (
     LARGER,
     MISSED,
     Difference,
-    apart_in_turn,
+    difference_errors_of_all,
     estimate_of_difference,
     on_larger_elements,
     variables,
@@ -261,7 +261,7 @@ def differences(case: RandomContact) -> GridComparison:
     tables: dict[str, Sequence[Numbers]] = {
         "": [own.numbers for (_, own), *_ in levels],
         LARGER: [larger.numbers for _, (_, larger), _ in levels],
-        **apart_in_turn((own for (_, own), *_ in levels), OF_ROLLING),
+        **difference_errors_of_all((own for (_, own), *_ in levels), OF_ROLLING),
     }
     return _compared(OF_ROLLING, tables, finer, known, found)
 

@@ -61,7 +61,7 @@ def solve_compression(pair: pairs.PairWithFriction, friction: float, name: str) 
             pairs.differences(step.numbers, other.numbers)
             for step, other in zip(steps, changed_steps, strict=True)
         ],
-        **datasets.apart_in_turn(steps, OF_COMPRESSION),
+        **datasets.difference_errors_of_all(steps, OF_COMPRESSION),
     }
     dataset = xr.Dataset(
         datasets.variables(OF_COMPRESSION, "load", tables) | {"seconds": ((), seconds, datasets.SECONDS)},

@@ -72,7 +72,9 @@ class SolvedContact:
         return {
             datasets.LARGER: numbers(self.on_grid, coarser) if coarser else dict.fromkeys(given, np.nan),
             datasets.CHANGE: {name: perturbed[name] - value for name, value in given.items()},
-            **datasets.apart(measured(self.on_grid, self.normal), OF_FRICTIONLESS, datasets.WITHOUT_FRICTION),
+            **datasets.difference_errors(
+                measured(self.on_grid, self.normal), OF_FRICTIONLESS, datasets.WITHOUT_FRICTION
+            ),
         }
 
     def estimated_errors(self) -> dict[str, float]:

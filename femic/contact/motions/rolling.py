@@ -290,14 +290,14 @@ def solve_curve(pair: pairs.PairWithFriction, friction: float, name: str) -> xr.
         "estimate_": estimates,
         datasets.LARGER: _points(coarse, xis),
         datasets.CHANGE: [between(rows, xi) for xi in xis],
-        **datasets.apart_in_turn((curve.points.get(xi) for xi in xis), OF_ROLLING),
+        **datasets.difference_errors_of_all((curve.points.get(xi) for xi in xis), OF_ROLLING),
     }
     free = {
         "": curve.free.numbers,
         "estimate_": free_estimates,
         datasets.LARGER: coarse.free.numbers if coarse else dict.fromkeys(OF_CURVE, np.nan),
         datasets.CHANGE: pairs.differences(curve.free.numbers, changed_free),
-        **datasets.apart(curve.free, OF_CURVE),
+        **datasets.difference_errors(curve.free, OF_CURVE),
     }
     simplified = [xi in curve.contacts and curve.contacts[xi].simplified for xi in xis]
     numbers = {

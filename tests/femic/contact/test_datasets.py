@@ -107,7 +107,7 @@ def made_contact(edge):
 def test_two_contacts_have_most_of_their_floors_in_common(shares):
     """Of each number that elements can change."""
     contact, of_all = made_contact(0.5), kinds(OF_ROLLING)
-    floors = datasets.apart(contact, OF_ROLLING, shares)[FLOOR]
+    floors = datasets.difference_errors(contact, OF_ROLLING, shares)[FLOOR]
     assert floors.pop("p_max") == 0  # it is exact
     for name, part in floors.items():
         assert 0 <= part / contact.floor(name, of_all[name]) < 0.11, name
@@ -115,7 +115,7 @@ def test_two_contacts_have_most_of_their_floors_in_common(shares):
 
 def test_elements_miss_less_of_a_difference_the_fewer_of_them_are_at_the_edge():
     """Of several numbers, and of contacts over which a size is found, the largest share counts."""
-    rows = datasets.apart_in_turn([made_contact(0.5), made_contact(0.1), None], OF_ROLLING)
+    rows = datasets.difference_errors_of_all([made_contact(0.5), made_contact(0.1), None], OF_ROLLING)
     shares = [row["F_x"] for row in rows[MISSED]]
     np.testing.assert_array_equal(shares, [0.5 * OF_DIFFERENCE, 0.1 * OF_DIFFERENCE, np.nan])
     given = contacts().assign(missed_q=("ics", [0.01, 0.5, 0.02]), missed_other=("ics", [0.03, 0.0, 0.0]))
