@@ -236,10 +236,15 @@ def compute() -> dict[str, Any]:
     return numbers(contacts_by_c(str(folder / "store")))
 
 
+def save(values: dict[str, Any]) -> None:
+    """Save the numbers of the page, and its picture."""
+    NUMBERS.write_text(json.dumps(values, ensure_ascii=False) + "\n", encoding="utf-8")
+    draw(values).savefig(ROOT / "docs" / "images" / "formulas.png", dpi=130)
+
+
 if __name__ == "__main__":
     stored = json.loads(NUMBERS.read_text(encoding="utf-8")) if NUMBERS.exists() else {}
     values = compute() if "--compute" in sys.argv[1:] else numbers(stored["contacts"])
     if "--compute" not in sys.argv[1:]:
         values |= {name: stored[name] for name in ("code", "versions")}
-    NUMBERS.write_text(json.dumps(values, ensure_ascii=False) + "\n", encoding="utf-8")
-    draw(values).savefig(ROOT / "docs" / "images" / "formulas.png", dpi=130)
+    save(values)

@@ -54,8 +54,7 @@ def compute() -> None:
     run("validate")
     save_written("validation")
     save("stresses", stress_numbers.compute())
-    save("formulas", contact_formulas.compute())
-    contact_formulas.draw(stored_numbers()["formulas"]).savefig(DOCS / "images" / "formulas.png", dpi=130)
+    contact_formulas.save(contact_formulas.compute())
     run("calibrate", *GEOMETRIES)
     frontiers = {}
     for name in GEOMETRIES:
