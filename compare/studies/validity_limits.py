@@ -128,7 +128,7 @@ NUMBERS = ("p_max", *LENGTHS, "approach")  # whose errors are sought without fri
 QUANTITIES: Mapping[str, Quantity] = {name: ALL[name] for name in (*NUMBERS, "angle")}
 PERTURBED = "C plus its estimated error"
 MISSED, MISSED_OF_LENGTHS = 0.02, 0.1  # shares of an error that elements may miss
-APART = {"a": 0.01, "b": 0.02}  # shares of the accuracy of a reading that two ICs do not have in common
+APART = {"a": 0.01, "b": 0.03}  # shares of the accuracy of a reading that two ICs do not have in common
 
 
 @dataclass(frozen=True, eq=False)

@@ -215,6 +215,7 @@ OF_CUT, OF_RUBBED = 0.1, 0.03  # part of the force on an element at the edge: of
 OF_OPEN, ACROSS = 0.6, 0.2  # part of friction on an open element: of what it contributes, in any direction
 OF_FOLLOWERS = 4.0  # turns of the traction from element to element that a leading edge misses
 OF_LOAD = 0.03  # part of the load on elements at the edge, of the approach
+OF_ACROSS = 0.2  # part of the accuracy of a reading that counts for that across it, if that is finer
 OF_PEAK = 0.2  # part of the second differences of pressures at the largest one
 OF_SLIDING, OF_TURNING = 1.0, 0.7  # part of the area of open elements in another state: at random, of turning
 OF_AREA, OF_STIFFNESS = 0.2, 0.1  # part of the area of elements at the edge that may not be in contact
@@ -332,9 +333,16 @@ def _bend_at_peak(pressures: Array) -> float:
 
 
 def readings(patch: Extent) -> dict[str, float]:
-    """Floors of the lengths of a patch along x and s."""
+    """Floors of the lengths of a patch along x and s.
+
+    Elements that are coarse along one direction move edges along the other one, too: pressures are theirs.
+    """
     half_x, half_s = ((high - low) / 2 for low, high in (patch.x, patch.s))
-    return {"length": patch.accuracy_x / max(half_x, 0.5), "width": patch.accuracy_s / max(half_s, 0.5)}
+    along_x, along_s = patch.accuracy_x / max(half_x, 0.5), patch.accuracy_s / max(half_s, 0.5)
+    return {
+        "length": max(along_x, OF_ACROSS * along_s),
+        "width": max(along_s, OF_ACROSS * along_x),
+    }
 
 
 # --- floors and scales of forces and moments ---

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from approx.pair import Pair, Solid
 from femic.contact.estimates import (
     AREA,
     BESIDE_FLOOR,
@@ -33,8 +34,19 @@ from femic.contact.estimates import (
     scales,
     vanishing_by_symmetry,
 )
+from femic.contact.exact.hertz import PointContact, combined_modulus
 from femic.contact.friction.motion import LeadingEdge
+from femic.contact.loading import Loading
+from femic.contact.motions.none import SolvedContact
+from femic.contact.pairs.pair_on_grid import PairContact, PairOnGrid
+from femic.contact.pairs.quantities import numbers
+from femic.contact.undeformed import Undeformed
+from geometries.contours import arc, plane
+from geometries.materials import Material
+from geometries.patches import Grid
+from geometries.surfaces import LOWER, UPPER, Surface
 
+STEEL = Material(210e3, 0.3)
 RELATED_NUMBERS = Kind("creepage", related=(("creepage", RELATED),))
 KINDS = {"p_max": PRESSURE, "approach": GIVEN, "F_x": LONGITUDINAL, "F_y": LATERAL, "sliding": SLIDING}
 NUMBERS = {"p_max": 500.0, "approach": 0.02, "F_x": 100.0, "F_y": 3.0, "sliding": 0.4}
@@ -316,3 +328,20 @@ def test_numbers_vanish_by_symmetry_of_all_elements_only():
     sideways = float(np.sum(at.levers["lateral"] * by_chance))
     assert abs(sideways) < 1e-9 * float(np.sum(by_chance))
     assert not {"lateral", "about_x", "centre"} & vanishing_by_symmetry(by_chance, at)
+
+
+@pytest.mark.parametrize("aspect", [0.05, 20.0])
+def test_coarse_elements_along_one_direction_count_for_the_length_along_the_other(aspect):
+    """Hertz, a circle with eight elements across one direction and 160 across the other."""
+    exact = PointContact(1 / 500, 1 / 500, combined_modulus(STEEL, STEEL)).at_load(100.0)
+    rail, wheel = Surface(LOWER, arc(500.0, 0.5, 0.5)), Surface(UPPER, plane(), 500.0)
+    longer = 2 * exact.a / 8 * 1.05
+    dx, ds = (longer, longer / aspect) if aspect > 1 else (longer * aspect, longer)
+    grid = Grid(*(round(2 * 2 * exact.a / step / 8) * 8 for step in (dx, ds)), dx, ds)
+    pair = Pair(Solid(STEEL, wheel), Solid(STEEL, rail))
+    on_grid = PairOnGrid(pair, Undeformed(wheel, rail, (-5.0, 5.0), 0.0), grid)
+    normal = on_grid.solve_in_place(on_grid.operator("A"), Loading(100.0))
+    solved = SolvedContact(Loading(100.0), "A", PairContact(on_grid, normal))
+    found, estimates = numbers(on_grid, normal), solved.estimated_errors()
+    for name in ("a", "b"):
+        assert abs(found[name] - getattr(exact, name)) <= estimates[name] <= 0.1 * exact.a, name
