@@ -148,7 +148,7 @@ def limits() -> list[Limit]:
             beyond("1001", rollers(friction=1001.0)),
         ],
         ("creepage", "-1 … 1"): [
-            # the rolling radius varies across the patch: a creepage of 1e-8, which Kalker's theory has not
+            # on curved bodies F_x is that of a creepage of 1e-8 at none, which Kalker's plane theory has not
             case("1e-9", rollers(1e-9), FINER),
             case("0.99", rollers(0.99), SLIDING),
             case("-0.99", rollers(-0.99), SLIDING),
