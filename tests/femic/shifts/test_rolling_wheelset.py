@@ -81,6 +81,20 @@ def at_2():
     return numbers(sides(arcs_on_arcs("arcs"), 2.0))
 
 
+def test_floors_of_several_contacts_of_a_wheel_add_up_and_the_largest_missed_share_counts(monkeypatch):
+    """As if the wheel had two contacts."""
+    state = rolled(sides(arcs_on_arcs("arcs"), 2.0))
+    rows = {"floor_": (1.0, 2.0), "missed_": (0.1, 0.3)}
+
+    def of_two(_, quantities):
+        return {prefix: [dict.fromkeys(quantities, one) for one in both] for prefix, both in rows.items()}
+
+    monkeypatch.setattr("femic.shifts.axle.difference_errors_of_all", of_two)
+    variations = wheel_numbers(state, 0, "A").variations
+    assert set(variations["floor_"].values()) == {3.0}
+    assert set(variations["missed_"].values()) == {0.3}
+
+
 def test_small_creepages_of_cones_are_those_of_kalkers_linear_theory():
     """Nothing slips: F_x = G c^2 C11 xi, F_s = -G c^2 (C22 upsilon + c C23 phi).
 
