@@ -4,17 +4,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.pages.stresses import (
-    answer_table,
-    damage_table,
-    doubts,
-    exceeds,
-    section_chart,
-    stress_table,
-    summary,
-    wear_chart,
-    write_stresses,
-)
+from compare.pages.stress_figures import section_chart, wear_chart
+from compare.pages.stress_tables import answer_table, damage_table, exceeds, stress_table
+from compare.pages.stresses import doubts, summary, write_stresses
 from compare.report.tables import with_estimate
 from compare.report.verdicts import NO, NOT_DECIDED, YES
 from femic.results.stresses import ACTUAL, HALF_SPACE_OF_A
