@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from compare.pages import ics_results as run
 from compare.pages.contact_figures import surfaces
 from compare.pages.friction_pages import main_chart
-from compare.pages.ics import component_chart
+from compare.pages.ics_figures import component_chart
 from compare.pages.profiles import all_panels
 from compare.pages.shift_figures import pressures
 from compare.report import static

@@ -13,7 +13,8 @@ import tomlkit
 import xarray as xr
 
 from approx.calibration import Parameter, pointwise_k
-from compare.pages.ics import along_line, chart, is_mirrored, lines_in, row_name
+from compare.pages.ics import row_name
+from compare.pages.ics_figures import along_line, chart, is_mirrored, lines_in
 from compare.report.charts import Chart, Curve, Panel
 from compare.report.errors import MEASURE, VANISHING, error_row, percent
 from compare.report.looks import FURTHER, Look, ics_looks, ics_symbol, without_marker

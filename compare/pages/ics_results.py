@@ -11,8 +11,11 @@ import numpy as np
 import xarray as xr
 
 from compare.pages import ics as pages
+from compare.pages import ics_details
 from compare.pages.body_fields import write_fields
-from compare.pages.ics import SceneICs, Scenes, along_line, components_in, lines_in
+from compare.pages.ics import Scenes
+from compare.pages.ics_details import SceneICs
+from compare.pages.ics_figures import along_line, components_in, lines_in
 from compare.pages.scene_pictures import pictures
 from compare.report.parts import Folded, Items, Section, Verbatim, write_page
 from compare.report.tables import Row, Table, texts
@@ -53,7 +56,7 @@ def run_scene(scene: Scene, out: Path, options: RunOptions = DEFAULT) -> Path:
         write_text(scene.text, out / "scene.toml")
         shown = SceneICs(ics, errors)
         drawn = list(pictures(results, out / "figures"))
-        page = pages.page(scene.title, {scene.name: shown}, pages.details(shown, drawn))
+        page = pages.page(scene.title, {scene.name: shown}, ics_details.details(shown, drawn))
         path = write_page(page, out / "report.html")
         if scene.fields:
             write_fields(results, out / "fields", options.watch)

@@ -12,7 +12,8 @@ import numpy as np
 import xarray as xr
 
 from approx.pair import columns as approximations
-from compare.pages.ics import combined_first, main_body, row_name, share_text
+from compare.pages.ics import row_name, share_text
+from compare.pages.ics_figures import combined_first, main_body
 from compare.report.charts import Chart, Curve, Map, Panel
 from compare.report.errors import COMPONENTS as COMPONENT_NAMES
 from compare.report.errors import error_cell, percent

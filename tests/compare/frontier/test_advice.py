@@ -8,7 +8,8 @@ import pytest
 import xarray as xr
 
 from compare.pages.frontier import chart, evidence
-from compare.pages.ics import SceneICs, error_table, largest_errors
+from compare.pages.ics import error_table, largest_errors
+from compare.pages.ics_details import SceneICs
 from compare.report.errors import error_cell
 from compare.studies import frontier as advising
 from compare.studies.frontier import Method, Question, advise, frontier_for

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.pages.ics import SceneICs, agreement_table
+from compare.pages.ics_details import SceneICs, agreement_table
 from femic.reference.job import component_of
 from femic.reference.run_options import RunOptions
 from femic.results.ics import compute, refinement_shares

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.pages.ics import DASHES, along_line, chart, drawn_variants, is_mirrored, page
+from compare.pages.ics import page
+from compare.pages.ics_figures import DASHES, along_line, chart, drawn_variants, is_mirrored
 from compare.pages.ics_results import MOST_SCENES, differences, load, sources
 from compare.report.looks import OWN, ics_symbol
 from compare.report.tables import with_estimate

@@ -6,19 +6,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from compare.pages.ics import (
-    LEAST_ESTIMATE,
-    SceneICs,
-    accuracy_table,
-    agreement_table,
-    chart,
-    components_in,
-    details,
-    disagreements,
-    further_chart,
-    largest_errors,
-    page,
-)
+from compare.pages.ics import LEAST_ESTIMATE, largest_errors, page
+from compare.pages.ics_details import SceneICs, accuracy_table, agreement_table, details, disagreements
+from compare.pages.ics_figures import chart, components_in, further_chart
 from compare.report.charts import Chart
 from compare.report.parts import Folded, Section
 from femic.cli.main import DONE, exit_code
