@@ -1,4 +1,9 @@
-"""Tools beside the product: comparison of results, reference outputs of CONTACT, numbers of stresses."""
+"""Tools beside the product: all start; comparison of results, outputs of CONTACT, numbers of stresses."""
+
+import runpy
+import subprocess
+import sys
+from pathlib import Path
 
 import compare_results
 import contact_reference as reference
@@ -7,7 +12,26 @@ import pytest
 import stress_numbers
 import xarray as xr
 
+ROOT = Path(__file__).parents[1]
+PROGRAMS = sorted(
+    path
+    for folder in ("tools", "benchmarks")
+    for path in (ROOT / folder).glob("*.py")
+    if '"__main__"' in path.read_text(encoding="utf-8")
+)
 VALUES = np.array([[1.0, -2.0], [0.0, np.nan]])
+
+
+@pytest.mark.parametrize("program", PROGRAMS, ids=lambda path: path.stem)
+def test_programs_can_be_imported(program, monkeypatch):
+    monkeypatch.syspath_prepend(str(program.parent))
+    assert runpy.run_path(str(program), run_name="not_main")["__name__"] == "not_main"
+
+
+@pytest.mark.parametrize("folder", ["attack", "calculix"])
+def test_folders_of_programs_start(folder):
+    command = [sys.executable, str(ROOT / "tools" / folder), "--help"]
+    assert "usage" in subprocess.run(command, check=True, capture_output=True, text=True).stdout
 
 
 def write(folder, values=VALUES, name="ics.nc", **more):

@@ -74,9 +74,7 @@ KINDS = {
         150, "contacts of odd bodies, loads and motions", lambda _, count, seed: contacts(count, seed)
     ),
     "shifts": Kind(900, "wheelsets with keys changed at random, and damaged profiles", of_files(shifts)),
-    "stresses": Kind(
-        600, "scenes and options of stresses, likewise", of_files(stresses), "femic.cli.contact"
-    ),
+    "stresses": Kind(600, "scenes and options of stresses, likewise", of_files(stresses)),
     "labels": Kind(210, "labelled arrays in random orders, gaps in any order", of_files(labels)),
     "mistakes": Kind(4000, "wrong arguments of public names of Python, each kind once", of_files(mistakes)),
 }
