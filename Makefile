@@ -77,7 +77,7 @@ advice: $(TOOLS)  ## random scenes with and without C, for the adviser: docs/evi
 mutations: $(TOOLS)  ## small changes of the code: do the tests notice? (hours; resumes)
 	$(BIN)/python tools/mutations.py
 
-calculix: $(READY)  ## C, contacts and stresses judged by CalculiX (`apt install calculix-ccx`): docs/evidence/other-programs.md (half an hour)
+calculix: $(READY)  ## C, contacts and stresses judged by CalculiX (`apt install calculix-ccx`): docs/evidence/other-programs.md (ten minutes)
 	$(BIN)/python tools/calculix --record
 	$(BIN)/python tools/write_docs.py
 

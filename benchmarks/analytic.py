@@ -266,7 +266,7 @@ def library() -> None:
             ours = solid.lags(patch, shape[1] - centre[1], shape[0] - centre[0])[2, 2].T
             error = np.max(np.abs(theirs - ours) / ours)
             per_point = seconds(lambda a=a, b=b: nine_of_slippy((2 * a, 2 * b))) / np.prod(shape) * 1e9
-            yield [f"{2 * a:g} x {2 * b:g} mm", f"{error:.0e}", f"{per_point:.0f}"]
+            yield [f"{2 * a:g} × {2 * b:g} mm", f"{error:.0e}", f"{per_point:.0f}"]
 
     print_table(
         ["element", "largest relative error of nn", "time per point [ns]"],

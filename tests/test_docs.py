@@ -154,6 +154,11 @@ def test_pages_with_computed_numbers_and_the_table_of_the_readme_are_not_written
     assert (ROOT / "README.md").read_text(encoding="utf-8") == text, "run tools/write_docs.py"
 
 
+def test_numbers_are_set_in_type_but_not_in_code(write_docs):
+    text = "| -0.3% | (-2) | 1-2 |\n\n\n\n`a -1 2%`\n```\n -3 4%\n```\n"
+    assert write_docs["set_in_type"](text) == "| −0.3 % | (−2) | 1-2 |\n\n`a -1 2%`\n```\n -3 4%\n```\n"
+
+
 @pytest.mark.slow  # the numbers take long: they follow the code at the end of a piece of work
 def test_pages_were_computed_by_this_code(write_docs):
     outdated = write_docs["outdated"]()

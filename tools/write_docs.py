@@ -42,7 +42,11 @@ OUT = Path("out")
 GEOMETRIES = ("geometry1", "geometry2")
 TOLERANCES = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.001)
 CODE = r"(^```.*?^```$|`[^`\n]+`)"
-TYPED = {r"\n{3,}": "\n\n", r"(?<=[ (])-(?=\d)": "−"}  # second empty lines; hyphens for minus signs
+TYPED = {  # no second empty lines; minus signs, not hyphens; a space before %
+    r"\n{3,}": "\n\n",
+    r"(?<=[ (])-(?=\d)": "−",
+    r"(?<=\d)(?=%)": " ",
+}
 UNTYPED = re.compile("|".join([CODE, *(f"({pattern})" for pattern in TYPED)]), re.DOTALL | re.MULTILINE)
 QUESTIONS = {"nn": ("nn",), "nn, ss, xx": ("nn", "ss", "xx"), "all six": ()}
 
@@ -212,7 +216,7 @@ def pages() -> dict[str, str]:
 
 
 def set_in_type(text: str) -> str:
-    """Return a text without second empty lines and with minus signs; code stays as it is."""
+    """Return a text without second empty lines, with minus signs and spaces before %; code stays as it is."""
     better = [None, *TYPED.values()]
     return UNTYPED.sub(lambda found: better[found.lastindex - 1] or found[0], text)
 

@@ -47,8 +47,10 @@ def contact_table(fine: bool, folder: Path) -> tuple[Sequence[str], Rows]:
 
         def row(name: str, found: Found) -> list[str]:
             against = [found.load / elements.load - 1, found.p_max / elements.p_max - 1]
-            numbers = [f"{found.load:.0f}", f"{found.lateral:.4f}", f"{found.p_max:.1f}"]
-            return [f"{name}, {found.size}", *numbers, *(f"{share:+.2%}" for share in against)]
+            known = "" if found.estimate is None else f" ± {found.estimate:.0f}"
+            numbers = [f"{found.load:.0f}", f"{found.lateral:.4f}", f"{found.p_max:.1f}{known}"]
+            shares = ["" if found is elements else f"{share:+.2%}" for share in against]
+            return [f"{name}, {found.size}", *numbers, *shares]
 
         yield row("femic, finite elements", elements)
         yield row("femic, C", by_c(SHIFTED, approach, 20))

@@ -106,12 +106,13 @@ class Run:
 
 @dataclass(frozen=True)
 class Found:
-    """Load [N], lateral force on the upper body over it, largest pressure [MPa]; what was solved."""
+    """Load [N], lateral force on the upper body over it, largest pressure [MPa] with its estimated error."""
 
     load: float
     lateral: float
     p_max: float
-    size: str = ""
+    size: str = ""  # of what was solved
+    estimate: float | None = None
 
 
 def by_elements(pair: Arcs, load: float, cells: float) -> tuple[Found, float, Patch]:
@@ -123,6 +124,7 @@ def by_elements(pair: Arcs, load: float, cells: float) -> tuple[Found, float, Pa
         contact.numbers.F_y / load,
         peak(contact.x, contact.s, contact.p),
         f"{sum(contact.unknowns) // 3} nodes",
+        contact.estimate.p_max,
     )
     return found, contact.numbers.approach, Patch(contact.numbers.a, contact.s_range)
 
@@ -136,7 +138,7 @@ def by_c(pair: Arcs, approach: float, elements: int) -> Found:
     x, s = np.meshgrid(contact.on_grid.x, grid.strips, indexing="ij")
     p_max = peak(x.ravel(), s.ravel(), contact.normal.p.ravel())
     load = float(contact.normal.load)
-    return Found(load, known["F_y"] / load, p_max, f"{grid.n_x} x {grid.n_s} elements")
+    return Found(load, known["F_y"] / load, p_max, f"{grid.n_x} × {grid.n_s} elements")
 
 
 def by_calculix(pair: Arcs, approach: float, patch: Patch, how: Run) -> Found:
