@@ -95,6 +95,14 @@ def test_pages_that_the_code_names_exist(product):
     assert not [page for page in named if not (ROOT / page).exists()]
 
 
+def test_the_page_on_folders_has_a_row_for_each():
+    page = (ROOT / "docs/reference/folders.md").read_text(encoding="utf-8")
+    parts = [path.parent for name in ("femic", "compare") for path in (ROOT / name).glob("*/__init__.py")]
+    assert len(parts) > 15
+    rows = [f"\n| `{part.relative_to(ROOT).as_posix()}/` |" for part in parts]
+    assert not [row for row in rows if row not in page]
+
+
 def test_names_of_the_glossary_are_in_the_code(product):
     """Dotted names can be imported; others are words of the product's source."""
     words = set(re.findall(r"\w+", product))
