@@ -80,7 +80,7 @@ RESIDUAL, INVERSE, LAW, SOLUTION, COLUMNS = 0, 1, 2, 3, 4
 # settings: whole numbers, then sizes; and real ones
 K, BY_LOAD, STEADY, CENTRED, DEPTH, OPERATOR, STRIDE, RING = 0, 1, 2, 3, 4, 5, 6, 7
 FIXED, A, M, FIRST, LAST, LOW, BEGIN, K_GIVEN = 8, 9, 10, 11, 12, 13, 14, 15
-COMPLIANCE, SCALE, BY_LENGTH, PEAK = 0, 1, 2, 3
+COMPLIANCE, SCALE, BY_LENGTH, PEAK, LIMIT = 0, 1, 2, 3, 4
 # small arrays (rows, k): amplitudes with the approach [mm] last, forces, targets; then matrices
 C, UNIT_FORCES, TARGETS, CAUSED, MATRICES = 0, 1, 2, 3, 4
 # Numba compiles a function anew for each whole number or bool that is written in a call, but not for those of
@@ -370,14 +370,14 @@ def settle(w: Work, fixed: bool) -> None:
     fields, bounds, ratios, lists, settings = w.fields, w.fields[BOUND], w.fields[RATIO], w.lists, w.settings
     n_x, n_s = bounds.shape
     a = m = 0
-    settings[FIRST], settings[LAST], settings[LOW], w.numbers[PEAK] = n_s, 0, n_x, 0.0
+    settings[FIRST], settings[LAST], settings[LOW], w.numbers[PEAK], limit = n_s, 0, n_x, 0.0, 0.0
     for s in range(n_s):
         lists[BEGINS, s] = m
         for x in range(n_x):
             pressure = max(fields[P + N, x, s], 0.0) if w.given[H, x, s] < np.inf else 0.0
             fields[P + N, x, s] = pressure
             bounds[x, s] = w.given[FRICTION, x, s] * pressure
-            w.numbers[PEAK] = max(w.numbers[PEAK], pressure)
+            w.numbers[PEAK], limit = max(w.numbers[PEAK], pressure), max(limit, bounds[x, s])
             if pressure > 0:
                 lists[CONTACT_X, a], lists[CONTACT_S, a] = x, s
                 a += 1
@@ -402,6 +402,7 @@ def settle(w: Work, fixed: bool) -> None:
                 fields[P + t, x, s] = fields[P + t, followed, s] * ratio
                 fields[SHARES + t, x, s] = fields[P + t, x, s] / bounds[x, s] if ratio > 0 else 0.0
     lists[BEGINS, n_s] = m
+    w.numbers[LIMIT] = max(min(limit, w.numbers[PEAK]), TINY)
     settings[FIXED], settings[A], settings[M], settings[BEGIN] = fixed, a, m, 0 if fixed else a
     settings[K] = settings[K_GIVEN] - (1 if fixed and settings[BY_LOAD] else 0)
 
@@ -816,12 +817,15 @@ def newton(w: Work, tolerance: float, fixed: bool) -> bool:
         prepare(w)
         v = w.vectors[INVERSE]
         invert(w, w.vectors[RESIDUAL], v, YES)
-        largest = 0.0
-        for e in range(others):
-            largest = max(largest, abs(v[e]))
-        for e in range(others, n):
-            largest = max(largest, abs(w.vectors[RESIDUAL, e]))
-        error = largest / w.numbers[PEAK]
+        modes = others + settings[K_GIVEN] - settings[BY_LOAD]
+        largest = largest_tangential = 0.0
+        for e in range(n):
+            size = abs(v[e] if e < others else w.vectors[RESIDUAL, e])
+            if begin <= e < modes:
+                largest_tangential = max(largest_tangential, size)
+            else:
+                largest = max(largest, size)
+        error = max(largest / w.numbers[PEAK], largest_tangential / w.numbers[LIMIT])
         if error <= SHARPER * tolerance:
             return True
         if not error < np.inf:

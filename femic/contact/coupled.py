@@ -33,6 +33,7 @@ from geometries.patches import N
 MOST_STEPS = 20
 MOST_IDLE_STEPS = 5  # in which the error does not fall below the least one before
 SHARPER = 0.1  # tolerance of errors and of the linear equations over that of the contact
+TINY = 1e-150
 LEAST_PRESSURE = 1e-12  # of elements that join a contact, as a share of the largest
 
 
@@ -245,11 +246,17 @@ class State:
 
     @cached_property
     def error(self) -> float:
-        """Estimated error of a traction, or of forces in units of one, over the largest pressure."""
+        """Largest estimated error of pressures and load over the largest pressure, or of others over limits.
+
+        Tangential tractions, and forces that they balance, are compared with the largest friction bound, if
+        this is less. Forces are in units of tractions.
+        """
         pressures, q, _ = self.parts(self.inverse(self.residual))
         missing = self.parts(self.residual)[-1]
-        largest = max(float(np.max(np.abs(part), initial=0.0)) for part in (pressures, q, missing))
-        return largest / float(np.max(self.p[..., N]))
+        free, peak = len(self.c), float(np.max(self.p[..., N]))
+        limit = min(float(np.max(self.bound)), peak)
+        scaled = ((pressures, peak), (missing[free:], peak), (q, limit), (missing[:free], limit))
+        return max(float(np.max(np.abs(part), initial=0.0)) / max(scale, TINY) for part, scale in scaled)
 
     def newton_update(self, tolerance: float) -> Guess:
         """Return what the solution of the equations leads to."""
@@ -262,7 +269,7 @@ class State:
 
 
 def solve(coupled: Coupled, guess: Guess, tolerance: float) -> State | None:
-    """Return the contact, its tractions right to a share of the largest pressure, or None if not found."""
+    """Return the contact, its `State.error` at most `SHARPER` times a tolerance, or None if not found."""
     errors: list[float] = []
     while len(errors) <= MOST_STEPS and not stagnated(errors, MOST_IDLE_STEPS):
         state = State.from_guess(coupled, guess)

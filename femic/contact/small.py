@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
-from weakref import WeakKeyDictionary
+from weakref import WeakKeyDictionary, ref
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +40,7 @@ class Bodies:
     """ICs of two bodies on a small grid, in the form of compiled loops, with their preconditioners."""
 
     def __init__(self, operator: GridOperator | Convolution, flat: Convolution) -> None:
-        self.flat, self.directions = flat, operator.directions
+        self.flat, self.directions = ref(flat), operator.directions  # of A, flat is the operator itself
         if isinstance(operator, Convolution):
             parts = [_kernels_of_convolution(operator)]
         else:
@@ -55,8 +55,10 @@ class Bodies:
         self.transforms = {kind: (waves.astype(kind), back.astype(kind)) for kind in kinds}
         parts.append(_kernels_on_ring(flat.restricted((N,)).ring_inverse, (N,), self.shape))
         if len(self.directions) > 1:
-            alone = flat.restricted(TANGENTIAL).strips_alone
-            same = _kernels_on_ring(alone, TANGENTIAL, self.shape)[[0, 3]]  # those of xs and sx gain nothing
+            self.tangential = flat.restricted(TANGENTIAL)
+            same = _kernels_on_ring(self.tangential.strips_alone, TANGENTIAL, self.shape)[
+                [0, 3]
+            ]  # those of xs and sx gain nothing
             parts.append(same)
         sizes = [np.max(np.abs(part), axis=(1, 2, 3)) for part in parts]
         there = [size > VANISHES * np.max(size) for size in sizes]
@@ -95,7 +97,7 @@ class Bodies:
             np.zeros((4, n_x, n_x), np.float32),
             np.zeros((at.MODES + 5 * k, n_x, n_s)),
             settings,
-            np.zeros(at.PEAK + 1),
+            np.zeros(at.LIMIT + 1),
             np.zeros((at.FIELDS, n_x, n_s)),
             np.zeros((at.CHANGES, n_x, n_s), np.float32),
             np.zeros((at.WAS_ACTIVE + 1, n_x, n_s), np.int64),
@@ -132,7 +134,7 @@ class Bodies:
         kind = type(motion), getattr(motion, "dx", 1.0)
         if kind not in self.motions:
             own = motion.elastic_slip(self.by_one[..., :N])[tuple(n // 2 for n in self.shape)]
-            strips = Strips.on_half_spaces(self.flat.restricted(TANGENTIAL), motion)
+            strips = Strips.on_half_spaces(self.tangential, motion)
             self.motions[kind] = np.concatenate([strips.slip, strips.behind]), float(np.mean(own))
         return self.motions[kind]
 
@@ -185,7 +187,7 @@ _BODIES: WeakKeyDictionary[Any, Bodies] = WeakKeyDictionary()
 def _bodies(operator: Any, flat: Convolution) -> Bodies | None:
     """Return the ICs of an operator, made once; None where nothing is known of it."""
     bodies = _BODIES.get(operator)
-    if bodies is not None and bodies.flat is flat:
+    if bodies is not None and bodies.flat() is flat:
         return bodies
     if not isinstance(operator, GridOperator | Convolution):
         return None

@@ -4,9 +4,12 @@ These are independent in all but the method: own products, own linear algebra, o
 is checked as a reader would (`friction_problems`).
 """
 
+import gc
 import pickle
 from contextlib import contextmanager
+from copy import copy
 from dataclasses import replace
+from weakref import ref
 
 import numpy as np
 import pytest
@@ -259,7 +262,29 @@ def test_bodies_are_made_once_for_an_operator():
     problem = groove()
     assert problem.small.bodies is replace(problem, friction=0.1).small.bodies
     flat = groove().flat
-    assert replace(problem, flat=flat).small.bodies.flat is flat
+    assert replace(problem, flat=flat).small.bodies.flat() is flat
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_bodies_go_with_their_operator(name):
+    """A, too, whose operator is also that of half-spaces: many pairs in one process fill no memory."""
+    problem = replace(PROBLEMS[name], operator=copy(PROBLEMS[name].operator))
+    if PROBLEMS[name].operator is PROBLEMS[name].flat:
+        problem = replace(problem, flat=problem.operator)
+    found(problem, steady(problem), tolerance=1e-3)
+    bodies = ref(problem.small.bodies)
+    assert bodies() is not None
+    del problem
+    gc.collect()
+    assert bodies() is None
+
+
+def test_tractions_exceed_small_friction_by_a_small_part_of_it():
+    problem = replace(PROBLEMS["half-spaces"], friction=0.01)
+    contact = found(problem, steady(problem, creepages=Creepages(-2e-5, 1e-5, 1e-7)), tolerance=1e-6)
+    assert 0.05 < contact.sliding_share < 0.95
+    bound = 0.01 * contact.pressures
+    assert np.max(np.linalg.norm(contact.p[..., :N], axis=-1) - bound) < 1e-7 * np.max(bound)
 
 
 def test_half_a_file_of_machine_code_is_made_again(tmp_path):
