@@ -29,7 +29,9 @@ from geometries.arrays import Array, Mask
 from geometries.errors import Failure
 from geometries.patches import N, S
 
-TOLERANCE = 1e-6  # of pressures over the largest one, of tangential tractions over the largest bound if less
+# of pressures over the largest one; of tangential tractions over the largest friction bound, if this is less,
+# where all are found at once, and over the largest pressure where both are found in turns
+TOLERANCE = 1e-6
 MOST_TURNS = 200  # of normal and tangential problem
 AT_ONCE_AFTER = 2, 5, 20  # turns: both problems at once are tried again
 FIRST_CHANGE = 0.1  # assumed before the first turn
