@@ -25,10 +25,10 @@ MORE = (
     ("frictionless", 40),
     ("rolling", 16),
     ("differences", 24),
-    ("differences without friction", 24),
+    ("differences without friction", 48),
     ("deviations", 16),
 )
-WIDE = 10  # times the error: half of the estimates are at most as wide (statement 25)
+USEFUL = 15.0  # most median of estimate over error of so few contacts; 10 of many (statement 25)
 FLAT = ("A",)  # whose products are fast
 
 
@@ -51,17 +51,16 @@ def test_estimates_of_a_few_random_contacts_hold(study, count):
 @pytest.mark.slow
 @pytest.mark.parametrize(("study", "count"), MORE)
 def test_estimates_of_random_contacts_hold_and_are_of_use(study, count):
-    """Each number by itself: nineteen in twenty are within their estimates, half of which are not too wide.
+    """Each number by itself: nineteen in twenty are within their estimates, which are not far too wide.
 
-    Of so few contacts more may miss, or be too wide, by chance: as many as in 99 % of such samples.
+    So few contacts may have more misses by chance than one in twenty: as many as in 99 % of such samples.
     """
     contacts = list(islice(comparisons(STUDIES[study], 101, FLAT), count))
     for name, cover in coverage_by_number(contacts).items():
         known = sum(np.isfinite(contact.estimates[name]) for contact in contacts)  # others are exact
         assert round((1 - cover.held) * known) <= binom.ppf(0.99, known, 0.05), name
         assert cover.worst < 3, name
-        too_wide = coverage(contacts, name, factor=1 / WIDE).held
-        assert not np.isfinite(cover.median) or round(too_wide * known) <= binom.ppf(0.99, known, 0.5), name
+        assert not cover.median > USEFUL, name  # NaN of numbers that are exact
 
 
 def test_exact_numbers_do_not_count():
