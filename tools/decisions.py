@@ -28,6 +28,7 @@ from femic.cache.digests import STUDY_FOLDERS, results_digest, versions
 from femic.cache.store import Store
 from femic.contact.motions import solve_with_friction
 from femic.contact.pairs.pair_with_friction import PairWithFriction
+from femic.contact.pairs.quantities import numbers
 from femic.reference.run_options import RunOptions, Watch, cores
 from femic.scenes.load import load_scene, scene_from_table
 from femic.scenes.scene import Scene
@@ -194,7 +195,7 @@ def _frictionless(case: Case, options: RunOptions) -> dict[str, Any]:
     def deviations(pair: PairDeviations) -> dict[str, Any]:
         laws = {ics: {number: pair.law(number, ics) for number in TOLERANCES} for ics in ICS}
         return {
-            "p_max": [pair.levels(load, "C")[0].numbers["p_max"] for load in loads],
+            "p_max": [numbers(pair.on_grid, pair.contact(load, "C").normal)["p_max"] for load in loads],
             "own_loads": own,
         } | _of_laws(laws, loads, TOLERANCES)
 

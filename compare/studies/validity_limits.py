@@ -18,18 +18,18 @@ from typing import TypeVar
 import numpy as np
 from scipy.optimize import brentq
 
-from femic.contact.estimates import BESIDE_FLOOR, Measured, Numbers, changes, errors, floors, from_grids
+from femic.contact.datasets import Difference, estimate_of_difference
+from femic.contact.estimates import Measured, Numbers, changes, errors, floors, from_grids
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
-from femic.contact.motions.none import load_at_angle
+from femic.contact.motions.none import SolvedContact, by_ics, load_at_angle
 from femic.contact.motions.rolling import Continuation
 from femic.contact.operators.protocols import FullOperator, Operator
 from femic.contact.pairs.grids import contact_size, grids_of, make_sizing, on_fitting_grid
 from femic.contact.pairs.ics import C, normal_reference_ics
-from femic.contact.pairs.pair_on_grid import PairOnGrid
+from femic.contact.pairs.pair_on_grid import PairContact, PairOnGrid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
-from femic.contact.pairs.quantities import ALL, Quantity, kinds, measured
-from femic.contact.patch import ACCURACY
+from femic.contact.pairs.quantities import kinds, measured, numbers, select
 from femic.contact.rolling import RollingContact
 from femic.contact.specification import ContactProblem
 from femic.reference.run_options import DEFAULT, RunOptions
@@ -123,12 +123,7 @@ def find_crossing(
 # --- without friction -----------------------------------------------------------------------------------
 
 
-LENGTHS = ("a", "b")
-NUMBERS = ("p_max", *LENGTHS, "approach")  # whose errors are sought without friction
-QUANTITIES: Mapping[str, Quantity] = {name: ALL[name] for name in (*NUMBERS, "angle")}
-PERTURBED = "C plus its estimated error"
-MISSED, MISSED_OF_LENGTHS = 0.02, 0.1  # shares of an error that elements may miss
-APART = {"a": 0.01, "b": 0.03}  # shares of the accuracy of a reading that two ICs do not have in common
+NUMBERS = ("p_max", "a", "b", "approach")  # whose errors are sought without friction
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,55 +133,38 @@ class PairDeviations:
     on_grid: PairOnGrid
     operators: Mapping[str, Operator]  # by name, C among them
     perturbed: Operator | None = None  # C plus its estimated error
-    _levels: dict[tuple[float, str], list[Measured]] = field(default_factory=dict)
+    _contacts: dict[tuple[float, str], SolvedContact] = field(default_factory=dict)
 
     def law(self, number: str, name: str) -> Law:
         """Return the error of a number of `NUMBERS` with the ICs of a name over that with C, by the load."""
         return lambda load: Deviation(load, *self.angle(load), *self.error(number, name, load))
 
-    def levels(self, load: float, name: str) -> list[Measured]:
-        """Return the numbers of a contact, on the grid and on elements twice and four times as large.
+    def contact(self, load: float, name: str) -> SolvedContact:
+        """Return the contact under a load [N] with some ICs. Raises as `PairOnGrid.solve_in_place`."""
+        if (load, name) not in self._contacts:
+            loading = Loading(load)
 
-        The name `PERTURBED` is that of C plus its estimated error. Raises as `PairOnGrid.solve_in_place`.
-        """
-        if (load, name) not in self._levels:
-            operator = self.perturbed if name == PERTURBED else self.operators[name]
-            assert operator is not None
-            contacts = [self.on_grid.solve_in_place(operator, Loading(load))]
-            while len(contacts) < 3 and contacts[-1].coarser is not None:
-                contacts.append(contacts[-1].coarser)
-            self._levels[load, name] = [measured(self.on_grid, one, QUANTITIES) for one in contacts]
-        return self._levels[load, name]
+            def solved(operator: Operator) -> PairContact:
+                return PairContact(self.on_grid, self.on_grid.solve_in_place(operator, loading))
+
+            perturbed = solved(self.perturbed) if name == C and self.perturbed is not None else None
+            self._contacts[load, name] = SolvedContact(loading, name, solved(self.operators[name]), perturbed)
+        return self._contacts[load, name]
 
     def angle(self, load: float) -> tuple[float, float]:
         """Return the angle of the patch with C at a load [N] and its estimated error [deg]."""
-        (fine, *larger), scales, parts = self.levels(load, C), kinds(QUANTITIES), list[Numbers]()
-        if self.perturbed is not None:
-            parts.append(changes(fine, scales, self.levels(load, PERTURBED)[0].numbers))
-        return fine.numbers["angle"], errors(scales, fine, larger, parts)["angle"]
+        contact = self.contact(load, C)
+        return numbers(self.on_grid, contact.normal)["angle"], contact.estimated_errors()["angle"]
 
     def error(self, number: str, name: str, load: float) -> tuple[float, float]:
         """Return the error of a number with the ICs of a name over that with C, and its estimated error."""
-        ours, theirs = self.levels(load, name), self.levels(load, C)
-        shares = [_share(number, *pair) for pair in zip(ours, theirs, strict=False)]
-        if number in LENGTHS:
-            # Readings of edges err nearly alike on the same elements, less so the more both contacts differ;
-            # on elements four times as large they are too crude.
-            step = self.on_grid.grid.dx if number == "a" else self.on_grid.grid.ds
-            apart = sum(step / solved[0].numbers[number] for solved in (ours, theirs))
-            estimate = BESIDE_FLOOR * from_grids(*shares[:2]) if len(shares) > 1 else 0.0
-            estimate += APART[number] * ACCURACY * apart
-            estimate += MISSED_OF_LENGTHS * (abs(shares[0]) + abs(_share("p_max", ours[0], theirs[0])))
-        else:
-            estimate = from_grids(*shares) if len(shares) > 1 else 0.0
-            estimate += MISSED * abs(shares[0])
-        if self.perturbed is not None:
-            estimate += abs(_share(number, ours[0], self.levels(load, PERTURBED)[0]) - shares[0])
-        return shares[0], estimate
+        contacts, error = by_ics([self.contact(load, ics) for ics in (name, C)]), relative_error(number)
+        return float(error(contacts)), float(estimate_of_difference(contacts, error))
 
 
-def _share(number: str, ours: Measured, theirs: Measured) -> float:
-    return ours.numbers[number] / theirs.numbers[number] - 1
+def relative_error(number: str) -> Difference:
+    """Return how the error of a number with the first ICs over that with the second follows from contacts."""
+    return lambda contacts: contacts[number].isel(ics=0) / contacts[number].isel(ics=1) - 1
 
 
 def solve_deviations(
@@ -254,6 +232,8 @@ class Ladder:
 # --- rolling --------------------------------------------------------------------------------------------
 
 
+PERTURBED = "C plus its estimated error"
+OF_PATCH = select("p_max", "angle")  # numbers of the patch with C: the angle, and what it follows
 HALF = 0.5  # of friction times load: the force with C at the first creepage
 ROLLING_NUMBERS = {
     "half": "error of F_x where F_x with C is half of friction times load, relative to friction times load",
@@ -326,7 +306,7 @@ class RollingDeviations:
             self._changes[name, number] = [
                 changes(
                     self._measured(sampled),
-                    kinds(QUANTITIES),
+                    kinds(OF_PATCH),
                     self._measured(sampled, changed=True).numbers,
                 )["angle"]
                 if number == "angle"
@@ -341,13 +321,13 @@ class RollingDeviations:
     def angle(self, load: float) -> tuple[float, float]:
         """Return the angle of the patch with C at the first creepage and its estimated error [deg]."""
         fine, *larger = (self._measured(load, level) for level in self._levels)
-        by_elements = errors(kinds(QUANTITIES), fine, larger)["angle"]
+        by_elements = errors(kinds(OF_PATCH), fine, larger)["angle"]
         return fine.numbers["angle"], by_elements + self.change("angle", C, load)
 
     def _measured(self, load: float, level: int = 0, *, changed: bool = False) -> Measured:
         """Return the numbers of the contact with C at the first creepage."""
         contact = self.solved(load, C, level, changed=changed).contacts[0].contact
-        return measured(self.pair.on_grid, contact, QUANTITIES)
+        return measured(self.pair.on_grid, contact, OF_PATCH)
 
     def solved(self, load: float, name: str, level: int = 0, *, changed: bool = False) -> OperatingPoint:
         """Return what is compared, on elements 2^level times as large. Raises Failure as `Continuation`."""

@@ -15,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
+from femic.contact.compiled import LEAST_PRESSURE, SHARPER, TINY
 from femic.contact.friction.law import (
     LOOSEST,
     Law,
@@ -32,9 +33,6 @@ from geometries.patches import N
 
 MOST_STEPS = 20
 MOST_IDLE_STEPS = 5  # in which the error does not fall below the least one before
-SHARPER = 0.1  # tolerance of errors and of the linear equations over that of the contact
-TINY = 1e-150
-LEAST_PRESSURE = 1e-12  # of elements that join a contact, as a share of the largest
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,8 +251,7 @@ class State:
         """
         pressures, q, _ = self.parts(self.inverse(self.residual))
         missing = self.parts(self.residual)[-1]
-        free, peak = len(self.c), float(np.max(self.p[..., N]))
-        limit = min(float(np.max(self.bound)), peak)
+        free, (peak, limit) = len(self.c), self.coupled.problem.scales(self.p[..., N])
         scaled = ((pressures, peak), (missing[free:], peak), (q, limit), (missing[:free], limit))
         return max(float(np.max(np.abs(part), initial=0.0)) / max(scale, TINY) for part, scale in scaled)
 

@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from femic.contact import coupled
+from femic.contact.compiled import TINY
 from femic.contact.coupled import Coupled, State
 from femic.contact.estimates import SlipState
 from femic.contact.friction import coulomb
@@ -29,8 +30,7 @@ from geometries.arrays import Array, Mask
 from geometries.errors import Failure
 from geometries.patches import N, S
 
-# of pressures over the largest one; of tangential tractions over the largest friction bound, if this is less,
-# where all are found at once, and over the largest pressure where both are found in turns
+# of pressures over the largest one; of tangential tractions over the largest friction bound, if this is less
 TOLERANCE = 1e-6
 MOST_TURNS = 200  # of normal and tangential problem
 AT_ONCE_AFTER = 2, 5, 20  # turns: both problems at once are tried again
@@ -275,7 +275,8 @@ class _Solution:
             p, approach, gap = self.pressed(p, sharp)
             tangential = self.slipped(p, approach, amplitudes, sharp)
             p, amplitudes = _joined(tangential.p, p), tangential.amplitudes
-            change = float(np.max(np.abs(p - before))) / max(float(np.max(p[..., N])), 1e-300)
+            peak, limit = self.problem.scales(p[..., N])
+            change = float(np.max(np.abs(p - before) / np.maximum([limit, limit, peak], TINY)))
             pressed_too_little = self.share_of_pressures(p) < LEAST_PRESSED
             if (max(change, sharp) <= self.tolerance and not pressed_too_little) or not np.any(p):
                 u = self.fast.operator(p)
@@ -295,8 +296,8 @@ class _Solution:
             )
         raise Failure(
             f"contact with friction: pressures and tangential tractions still change by {change:.1e} of "
-            f"the largest pressure after {MOST_TURNS} iterations, not {self.tolerance:.1e}; use smaller "
-            "steps of load or less friction"
+            f"the largest pressure or bound after {MOST_TURNS} iterations, not {self.tolerance:.1e}; use "
+            "smaller steps of load or less friction"
         )
 
     @property

@@ -65,6 +65,14 @@ class FrictionalProblem:
         """Return the largest tangential tractions [MPa] at pressures (n_x, n_s) [MPa], of this shape."""
         return np.asarray(self.coefficients * pressures)
 
+    def scales(self, pressures: Array) -> tuple[float, float]:
+        """Return what errors of pressures, and of tangential tractions, are shares of [MPa].
+
+        The largest pressure, and the largest bound if this is less.
+        """
+        peak = float(np.max(pressures))
+        return peak, min(float(np.max(self.bound(pressures))), peak)
+
     @cached_property
     def normal(self) -> NormalProblem:
         """The problem of the pressures without tangential tractions; raises as `NormalProblem`."""

@@ -56,10 +56,8 @@ class Bodies:
         parts.append(_kernels_on_ring(flat.restricted((N,)).ring_inverse, (N,), self.shape))
         if len(self.directions) > 1:
             self.tangential = flat.restricted(TANGENTIAL)
-            same = _kernels_on_ring(self.tangential.strips_alone, TANGENTIAL, self.shape)[
-                [0, 3]
-            ]  # those of xs and sx gain nothing
-            parts.append(same)
+            alone = _kernels_on_ring(self.tangential.strips_alone, TANGENTIAL, self.shape)
+            parts.append(alone[[0, 3]])  # those of xs and sx gain nothing
         sizes = [np.max(np.abs(part), axis=(1, 2, 3)) for part in parts]
         there = [size > VANISHES * np.max(size) for size in sizes]
         self.there = np.concatenate(there).astype(np.int64)

@@ -16,16 +16,14 @@ import xarray as xr
 
 from approx.pair import Pair, Solid
 from compare.report.charts import Panel, make_curves
-from compare.studies.validity_limits import NUMBERS, PairDeviations
+from compare.studies.validity_limits import NUMBERS, PairDeviations, relative_error
 from compare.validation.statements.frame import Measure, Statement, above, below
 from compare.validation.statements.runs import Runs
 from femic.cache.digests import STUDY_FOLDERS, results_digest
 from femic.cache.store import Arrays
 from femic.cache.workers import in_processes
 from femic.contact.datasets import (
-    FLOOR,
     LARGER,
-    MISSED,
     Difference,
     difference_errors_of_all,
     estimate_of_difference,
@@ -38,14 +36,14 @@ from femic.contact.friction.motion import Creepages
 from femic.contact.frictional import FrictionalContact
 from femic.contact.frictional_problem import FrictionalProblem
 from femic.contact.loading import Loading
-from femic.contact.motions.none import SolvedContact
+from femic.contact.motions.none import SolvedContact, by_ics
 from femic.contact.motions.rolling import OF_ROLLING, measured_rolling
 from femic.contact.normal import NormalContact
 from femic.contact.pairs.grids import Range, contact_size
 from femic.contact.pairs.ics import C, approximation
 from femic.contact.pairs.pair_on_grid import PairContact, PairOnGrid
 from femic.contact.pairs.pair_with_friction import frictional_problem, rolling_problem
-from femic.contact.pairs.quantities import OF_FRICTIONLESS, Quantity, kinds, measured, numbers
+from femic.contact.pairs.quantities import kinds, measured, numbers
 from femic.contact.rolling import RollingProblem
 from femic.contact.specification import Profile
 from femic.contact.undeformed import Undeformed
@@ -263,7 +261,8 @@ def differences(case: RandomContact) -> GridComparison:
         LARGER: [larger.numbers for _, (_, larger), _ in levels],
         **difference_errors_of_all((own for (_, own), *_ in levels), OF_ROLLING),
     }
-    return _compared(OF_ROLLING, tables, finer, known, found)
+    dataset = xr.Dataset(variables(OF_ROLLING, "ics", tables), {"ics": list(COMPARED)})
+    return _compared(dataset, finer, known, found)
 
 
 def differences_without_friction(case: RandomContact) -> GridComparison:
@@ -275,28 +274,23 @@ def differences_without_friction(case: RandomContact) -> GridComparison:
         return SolvedContact(loading, ics, PairContact(case.on_grid, normal))
 
     ours, finer = ([solved(one, ics) for ics in COMPARED] for one in (case, case.finer))
-    varied = [contact.variations() for contact in ours]
-    tables = {prefix: [each[prefix] for each in varied] for prefix in (LARGER, FLOOR, MISSED)}
-    tables[""] = [numbers(case.on_grid, contact.normal) for contact in ours]
     known = measured(case.on_grid, ours[0].normal, prescribed=("load", "position"))
     exact = [numbers(contact.on_grid, contact.normal) for contact in finer]
-    return _compared(OF_FRICTIONLESS, tables, exact, known, regime(ours[0].normal))
+    return _compared(by_ics(ours), exact, known, regime(ours[0].normal))
 
 
 def _compared(
-    quantities: Mapping[str, Quantity],
-    tables: Mapping[str, Sequence[Numbers]],
+    dataset: xr.Dataset,
     finer: Sequence[Numbers],
     known: Measured,
     regime: str,
 ) -> GridComparison:
     """Compare differences of numbers between two ICs, with their variations, to those on smaller elements."""
-    dataset = xr.Dataset(variables(quantities, "ics", tables), {"ics": list(COMPARED)})
 
     def difference(name: str) -> Difference:
         return lambda contacts: contacts[name].isel(ics=0) - contacts[name].isel(ics=1)
 
-    rows = {name: difference(name) for name in quantities}
+    rows = {name: difference(name) for name in finer[0]}
     estimates = {name: float(estimate_of_difference(dataset, row)) for name, row in rows.items()}
     return GridComparison(
         {name: float(row(dataset)) for name, row in rows.items()},
@@ -322,11 +316,11 @@ def deviations(case: RandomContact) -> GridComparison:
 
     contact, finer, load = solved(case.on_grid), solved(case.finer.on_grid), case.load
     found = {number: contact.error(number, "A", load) for number in NUMBERS}
-    _, (ours, theirs), *_ = zip(contact.levels(load, "A"), contact.levels(load, C), strict=True)
+    larger = on_larger_elements(by_ics([contact.contact(load, ics) for ics in ("A", C)]))
     return GridComparison(
         {number: value for number, (value, _) in found.items()},
         {number: finer.error(number, "A", load)[0] for number in NUMBERS},
-        {number: ours.numbers[number] / theirs.numbers[number] - 1 for number in NUMBERS},
+        {number: float(relative_error(number)(larger)) for number in NUMBERS},
         {number: estimate for number, (_, estimate) in found.items()},
         "frictionless",
     )

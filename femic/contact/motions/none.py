@@ -7,7 +7,7 @@ patch.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from time import perf_counter
@@ -28,6 +28,8 @@ from geometries.errors import Failure
 from geometries.patches import Grid
 
 with lazy_imports():
+    import xarray as xr
+
     from femic.contact import datasets
     from femic.contact import normal as solver
     from femic.contact.operators import protocols
@@ -98,6 +100,18 @@ class SolvedContact:
         if np.isfinite(self.contact.lateral_stiffness):  # the position follows the lateral force
             known["position"] += known["F_y"] / self.contact.lateral_stiffness
         return known
+
+
+def by_ics(contacts: Sequence[SolvedContact]) -> xr.Dataset:
+    """Return numbers of contacts by the names of their ICs, with what varies them."""
+    tables: dict[str, list[Numbers]] = {
+        "": [numbers(contact.on_grid, contact.normal) for contact in contacts]
+    }
+    varied = [contact.variations() for contact in contacts]
+    tables |= {prefix: [each[prefix] for each in varied] for prefix in varied[0]}
+    return xr.Dataset(
+        datasets.variables(OF_FRICTIONLESS, "ics", tables), {"ics": [contact.ics for contact in contacts]}
+    )
 
 
 Contacts = dict[tuple[Loading, str], SolvedContact]

@@ -311,8 +311,7 @@ class Elimination:
 
 def in_parts(k: Sequence[float], batch_size: int, workers: int) -> list[list[float]]:
     """Wavenumbers in parts of at most `batch_size`, about as many for each of the workers."""
-    size = min(batch_size, -(-len(k) // workers)) or 1
-    number = workers * -(-len(k) // (workers * size))
+    number = workers * -(-len(k) // (workers * batch_size))
     return [part.tolist() for part in np.array_split(k, number or 1) if len(part)]
 
 
