@@ -1,10 +1,10 @@
 """How often estimates of contact results hold: random contacts against elements a few times smaller.
 
-    python benchmarks/contact_estimates.py rolling frictionless differences compression --count 200 --seed 2
+    python benchmarks/contact_estimates.py rolling frictionless "differences in rolling" compression --seed 2
 
 Prints for each number and each regime (one patch or several; sticking, mixed, sliding) how often its error is
 within its estimate, the worst ratio of error and estimate, and the median of the opposite ratio, which says
-how much too large estimates are. `differences` are those of rolling with A to that with B-hat on the same
+how much too large estimates are. Differences are those with A to those with B-hat on the same
 elements. Numbers that are prescribed do not count. The shares in `femic.contact.estimates` were found with
 other random contacts than those of any seed here. On arcs and ellipses, unsymmetric and often off the crown,
 with 8 to 20 elements across the smallest patch. Statement 25 of `femic validate` is about the first three.

@@ -158,9 +158,9 @@ WITH_FRICTION = Shares(
 )
 WITHOUT_FRICTION = Shares(  # pressures are smooth where no border parts stick and slip
     {"area": 0.08, "stiffness": 0.035, "F_y": 0.02, "M_x": 0.02}
-    | {"a": 0.0028, "b": 0.006, "angle": 0.006, "aspect": 0.006}
+    | {"a": 0.0028, "b": 0.005, "angle": 0.005, "aspect": 0.0035}
     | {"p_max": 0.0003, "approach": 0.0},
-    {"p_max": 0.1, "approach": 0.1},
+    {"p_max": 0.1, "approach": 0.08},
 )
 
 

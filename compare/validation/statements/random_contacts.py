@@ -16,7 +16,6 @@ import xarray as xr
 
 from approx.pair import Pair, Solid
 from compare.report.charts import Panel, make_curves
-from compare.studies.validity_limits import NUMBERS, PairDeviations, relative_error
 from compare.validation.statements.frame import Measure, Statement, above, below
 from compare.validation.statements.runs import Runs
 from femic.cache.digests import STUDY_FOLDERS, results_digest
@@ -40,7 +39,7 @@ from femic.contact.motions.none import SolvedContact, by_ics
 from femic.contact.motions.rolling import OF_ROLLING, measured_rolling
 from femic.contact.normal import NormalContact
 from femic.contact.pairs.grids import Range, contact_size
-from femic.contact.pairs.ics import C, approximation
+from femic.contact.pairs.ics import approximation
 from femic.contact.pairs.pair_on_grid import PairContact, PairOnGrid
 from femic.contact.pairs.pair_with_friction import frictional_problem, rolling_problem
 from femic.contact.pairs.quantities import kinds, measured, numbers
@@ -250,7 +249,7 @@ def rolling(case: RandomContact) -> GridComparison:
     return GridComparison(fine.numbers, finer.numbers, coarse[0].numbers, estimates, found)
 
 
-def differences(case: RandomContact) -> GridComparison:
+def differences_in_rolling(case: RandomContact) -> GridComparison:
     """Solve steady rolling with A and with B-hat, and compare the differences of their numbers."""
     cases = [replace(case, ics=name) for name in COMPARED]
     levels = [[_roll(one, problem) for problem in one.problems] for one in cases]
@@ -308,31 +307,12 @@ def _roll(case: RandomContact, problem: FrictionalProblem) -> tuple[str, Measure
     return regime(rolled.contact), measured_rolling(case.on_grid, wheel, rolled)
 
 
-def deviations(case: RandomContact) -> GridComparison:
-    """Solve a contact without friction, and compare shares by which A is off B-hat, as of limits of ICs."""
-
-    def solved(on_grid: PairOnGrid) -> PairDeviations:
-        return PairDeviations(on_grid, {"A": on_grid.operator("A"), C: on_grid.operator("Bhat")})
-
-    contact, finer, load = solved(case.on_grid), solved(case.finer.on_grid), case.load
-    found = {number: contact.error(number, "A", load) for number in NUMBERS}
-    larger = on_larger_elements(by_ics([contact.contact(load, ics) for ics in ("A", C)]))
-    return GridComparison(
-        {number: value for number, (value, _) in found.items()},
-        {number: finer.error(number, "A", load)[0] for number in NUMBERS},
-        {number: float(relative_error(number)(larger)) for number in NUMBERS},
-        {number: estimate for number, (_, estimate) in found.items()},
-        "frictionless",
-    )
-
-
 Study = Callable[[RandomContact], GridComparison]
 STUDIES: Mapping[str, Study] = {
     "frictionless": frictionless,
     "rolling": rolling,
-    "differences": differences,
+    "differences in rolling": differences_in_rolling,
     "differences without friction": differences_without_friction,
-    "deviations": deviations,
 }
 
 
@@ -439,9 +419,8 @@ USEFUL = 10.0  # largest median of estimate over error
 COUNTS = {
     "frictionless": 200,
     "rolling": 200,
-    "differences": 400,
+    "differences in rolling": 400,
     "differences without friction": 200,
-    "deviations": 200,
 }
 SEED = 8  # of the random contacts of each study; no share of an estimate was found with them
 SHOWN = ("p_max", "approach", "area", "F_x", "F_y", "sliding_share")  # numbers that are drawn
