@@ -32,7 +32,12 @@ class Record:
 
 
 def arguments() -> list[str]:
-    """Take --record out of the command line, remember it, and return the other arguments."""
+    """Take --record out of the command line, remember it, and return the other arguments.
+
+    Processes that a benchmark starts keep compiled sources, as they do for users: without them each one
+    compiles all sources anew, which takes seconds.
+    """
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     if OPTION in sys.argv:
         sys.argv.remove(OPTION)
         _recording.append(True)
