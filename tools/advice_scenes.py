@@ -120,10 +120,11 @@ def _bodies(
     width = radius * height  # so that width^2 over height times width is the radius
     steeper = _flanks(random, ends)
     flatter = _flanks(random, ends) if random.random() < 0.5 else steeper
+    # a steeper wheel would touch with its flanks
     flanks = (
         steeper,
         tuple(np.minimum(steeper, flatter).tolist()),
-    )  # a steeper wheel would touch with its flanks
+    )
     lower, upper = (
         arc(scale * width, *ends)
         if height == 1.0

@@ -114,9 +114,8 @@ def differences(dataset: xr.Dataset, key: str, reference: str) -> tuple[xr.DataA
         of_reference = own.sel(ics=reference, drop=True)
         return off, 100 * (own + of_reference) / abs(known[key].sel(ics=reference, drop=True))
     moved = abs(difference(known[[DISPLACED + key]].rename({DISPLACED + key: key})) - off)
-    estimate = estimate_of_difference(known, difference) + moved.fillna(
-        0.0
-    )  # NaN also where nothing is linearised
+    known_to = estimate_of_difference(known, difference)
+    estimate = known_to + moved.fillna(0.0)  # NaN also where nothing is linearised
     return off, estimate.where(own.notnull() & own.sel(ics=reference, drop=True).notnull())
 
 

@@ -27,9 +27,8 @@ with lazy_imports():
     from compare.pages import profiles as page
     from femic.results import profiles as results
 
-ARGUMENTS = re.compile(
-    r"\b(give )?(kind|axes|unit|surface|section|section_at|tolerance) = "
-)  # in messages of the readers
+# in messages of the readers
+ARGUMENTS = re.compile(r"\b(give )?(kind|axes|unit|surface|section|section_at|tolerance) = ")
 
 
 def profiles(
@@ -118,9 +117,8 @@ def _read(name: str, reading: Reading) -> "tuple[xr.Dataset, results.MakePoints]
         try:
             prepared = prepared_file(path, reading)  # raises before anything heavy is loaded
         except WrongInput as error:
-            text = ARGUMENTS.sub(
-                lambda found: f"{found[1] or ''}--{found[2].replace('_', '-')} ", str(error)
-            )  # arguments of the readers as options of the command
+            # arguments of the readers as options of the command
+            text = ARGUMENTS.sub(lambda found: f"{found[1] or ''}--{found[2].replace('_', '-')} ", str(error))
             raise WrongInput(text) from error
         return results.file_profile(prepared, path)
     if name not in NAMED:

@@ -231,9 +231,10 @@ class _Roller:
         """
         others: list[Other] = []
         if (ics := self.ics_on(side)) == C:
+            # for all components of C
             specification = replace(
                 side.problem.specification, motion="rolling", friction=FrictionSpecification()
-            )  # for all components of C
+            )
             problem = replace(side.problem, specification=specification)
             wheel, contact = state.wheels[number], state.contacts[number]
             on_grid = wheel.on_grids[0]

@@ -118,9 +118,10 @@ def sample_centres(grid: Grid, points: InnerPoints, *, along_x: bool = True) -> 
     shape = (len(x), 2, 2)
     corners = [x_ends[:, :, None], s_ends[:, None, :], depth[:, None, None], np.ones((1, 1, 1))]
     below_centres = np.stack([np.broadcast_to(corner, shape) for corner in corners], axis=-1)
+    # x, s, depth, on the lattice
     places = np.concatenate(
         [below_centres.reshape(len(x), 4, 4), np.stack([x, s, depth, 0 * x], axis=-1)[:, None]], axis=1
-    )  # x, s, depth, on the lattice
+    )
     centre_shares = (x_shares[:, :, None] * s_shares[:, None, :]).reshape(len(x), 4)
     shares = np.append((1 - own)[:, None] * centre_shares, own[:, None], axis=1)
     most = np.argmax(shares, axis=1)[:, None, None]

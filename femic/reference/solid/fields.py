@@ -123,9 +123,10 @@ def _cell_stress(nodes: Array, material: Material, u: Array) -> tuple[Array, Arr
     strain = (gradient + np.swapaxes(gradient, -1, -2)) / 2
     trace = np.einsum("eqkk->eq", strain)[..., None, None]
     sigma = material.lame * trace * np.eye(3) + 2 * material.G * strain
+    # linear functions
     at_nodes, at_points = (
         np.column_stack([np.ones(len(points)), points]) for points in (P2.doflocs, gauss_points.T)
-    )  # linear functions
+    )
     continued = np.einsum("aq,eqij->eaij", at_nodes @ np.linalg.inv(at_points), sigma, optimize=True)
     return continued, np.abs(np.linalg.det(jacobian)) @ weights
 

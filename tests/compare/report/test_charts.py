@@ -102,9 +102,10 @@ def test_pages_can_draw_every_marker_in_their_legends():
     outlines = script.partition("const outlines = {")[2].partition("};")[0]
     looks = {look.marker.removesuffix("-open") for look in (*OWN.values(), *FURTHER)} - {""}
     assert set(re.findall(r'"([a-z-]+)": corners', outlines)) == looks | set(static.MARKERS) - {""}
+    # no two alike
     assert len(re.findall(r"corners\([^)]*\)", outlines)) == len(
         set(re.findall(r"corners\([^)]*\)", outlines))
-    )  # no two alike
+    )
 
 
 @pytest.mark.parametrize(

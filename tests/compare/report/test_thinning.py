@@ -38,8 +38,7 @@ def test_curves_over_the_same_points_keep_those_that_any_of_them_needs():
     assert thin_together(x, np.array([line, corner, unknown]), 1e-9) == [0, 30, 100]
     waves = np.array([np.sin(9 * x), x**3])
     kept = thin_together(x, waves, 0.01)
-    assert (
-        len(kept) < 2 * 32
-    )  # chords of length h miss the wave by 81 h^2 / 8; spans are cut in halves at best
+    # chords of length h miss the wave by 81 h^2 / 8; spans are cut in halves at best
+    assert len(kept) < 2 * 32
     for wave in waves:
         np.testing.assert_allclose(np.interp(x, x[kept], wave[kept]), wave, atol=0.01 + 1e-12)

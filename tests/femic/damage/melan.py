@@ -65,9 +65,8 @@ class Melan:
         """Matrix (5, places, unknowns) of the deviators of residual stresses."""
         n_s, n_z = len(self.s), len(self.z)
         knots = self.half_width * np.concatenate([-KNOTS_S[:0:-1], KNOTS_S])
-        along_s = [
-            (_splines(knots, self.s, d), (-1) ** d * _splines(knots, -self.s, d)) for d in range(3)
-        ]  # the function and its mirror image
+        # the function and its mirror image
+        along_s = [(_splines(knots, self.s, d), (-1) ** d * _splines(knots, -self.s, d)) for d in range(3)]
         half = along_s[0][0].shape[1] // 2
         even, odd = ([(one + sign * other)[:, half:] for one, other in along_s] for sign in (1, -1))
         down = [_splines(KNOTS_Z, self.z, d)[:, :-2] for d in range(3)]  # they vanish far below

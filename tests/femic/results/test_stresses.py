@@ -102,9 +102,8 @@ def test_sections_differ_by_what_the_lattice_shows(rolling):
         at_x, *_ = np.unravel_index(np.argmax(stresses[ACTUAL]), stresses[ACTUAL].shape)
         for source, largest in stresses.items():
             away = abs(largest - stresses[ACTUAL])[at_x].max() / stresses[ACTUAL].max()
-            assert dataset.section_difference.sel(body=name, source=source) == pytest.approx(
-                away, abs=1e-6
-            )  # fields have 7 digits
+            # fields have 7 digits
+            assert dataset.section_difference.sel(body=name, source=source) == pytest.approx(away, abs=1e-6)
 
 
 def test_wear_numbers_are_those_of_the_contact(rolling):

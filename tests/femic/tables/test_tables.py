@@ -101,9 +101,8 @@ def test_small_creepages_follow_kalkers_linear_theory(ball):
     ):
         ratio = coefficient / columns.CREEP_COEFFICIENT  # of the linear force to that of the scale
         expected = 3 * small / (1 - small) * ratio
-        assert sign * shares == pytest.approx(
-            expected, rel=0.06
-        )  # a part slides already: 3 m / 3 at m = 0.06
+        # a part slides already: 3 m / 3 at m = 0.06
+        assert sign * shares == pytest.approx(expected, rel=0.06)
 
 
 def test_quantities_without_friction_are_those_of_hertz(ball):

@@ -174,9 +174,8 @@ def test_what_smoothing_takes_from_a_jump_of_the_curvature_is_in_the_slope():
         assert lost == pytest.approx(length / 3 / 13, rel=0.01)  # jump times length / 3
         # the spline through the points overshoots the jump by an eighth, which counts twice
         assert peak_slope(curve, 20.0, 3.0) == pytest.approx(lost, rel=0.3)
-    even = prepare(
-        Profile("rail", np.stack([y, np.linspace(-4, 4, len(y)) ** 3]))
-    )  # evenly growing curvature
+    # evenly growing curvature
+    even = prepare(Profile("rail", np.stack([y, np.linspace(-4, 4, len(y)) ** 3])))
     lost = peak_slope(with_smoothing(even, how), 20.0, 1.0)
     assert lost < 0.1 * 0.8 / 3 * np.ptp(even.curvature(np.array([19.2, 20.8])))
 

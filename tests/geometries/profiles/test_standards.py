@@ -177,9 +177,8 @@ def test_s1002_has_the_flange_of_its_name_and_the_slope_of_its_tread():
     s = np.linspace(0, outline.length, 50_001)
     assert np.min(outline.position(s)[1]) == pytest.approx(-28, abs=1e-6)
     at_gauge_height = lateral_at(outline, -10.0)
-    assert 70 + at_gauge_height[-1] == pytest.approx(
-        32.5, abs=1e-3
-    )  # thickness 10 mm below the running circle
+    # thickness 10 mm below the running circle
+    assert 70 + at_gauge_height[-1] == pytest.approx(32.5, abs=1e-3)
     assert np.min(outline.inclination(s)) == pytest.approx(-np.radians(70), abs=1e-9)  # the face rises
     assert outline.inclination(outline.length) == pytest.approx(-np.arctan(1 / 15), abs=1e-8)
     assert lateral_at(outline, 0.0)[0] == pytest.approx(0, abs=1e-9)

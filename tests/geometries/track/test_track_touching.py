@@ -30,11 +30,12 @@ from geometries.track.touching import gap_minima, refined, refined_near
 from geometries.track.wheelset import curves_in_place, settle, settle_wheel
 
 CONE, CIRCLES = Cone(), Circles()
+# -9.1 and 8.6 on a flange
 SHIFTS = (
     -9.1,
     0.9,
     *(pytest.param(shift, marks=pytest.mark.slow) for shift in (-1.7, 0.0, 5.2, 8.6)),
-)  # -9.1 and 8.6 on a flange
+)
 
 
 # --- closed forms ----------------------------------------------------------------------------------

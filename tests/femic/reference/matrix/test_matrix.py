@@ -168,9 +168,8 @@ def test_estimates_are_those_of_variations_after_their_own_discount(on_arcs):
         perturbed = {name: result.paired_column(2, name) for name in names}
         expected = estimated(c.ic, perturbed, safety=HARMONIC.safety)
         raw_changes = [result.raw_column(2) - result.raw_column(2, name) for name in names]
-        rounding = np.finfo(np.float32).eps * np.max(
-            np.abs(raw_changes)
-        )  # changes are kept in single precision
+        # changes are kept in single precision
+        rounding = np.finfo(np.float32).eps * np.max(np.abs(raw_changes))
         for ours, error in zip(c.errors, expected.errors, strict=True):
             np.testing.assert_allclose(ours, error, rtol=0, atol=1e-4 * np.max(error) + rounding)
 
