@@ -17,6 +17,7 @@ from compare.pages.ics import Scenes
 from compare.pages.ics_details import SceneICs
 from compare.pages.ics_figures import along_line, components_in, lines_in
 from compare.pages.scene_pictures import pictures
+from compare.report import files
 from compare.report.parts import Folded, Items, Section, Verbatim, write_page
 from compare.report.tables import Row, Table, texts
 from femic.cache import folders
@@ -44,9 +45,16 @@ FILES = ("ics.nc", "errors.nc", "report.html")
 def run_scene(scene: Scene, out: Path, options: RunOptions = DEFAULT) -> Path:
     """Compute the scene; write `ics.nc`, `errors.nc`, CSV files, figures and `report.html`; return its path.
 
-    Solved models are stored, so that an interrupted run continues after the last of them.
+    Solved models are stored, so that an interrupted run continues after the last of them. Nothing is computed
+    if the folder has the same results already, unless pictures or fields have to be written.
     """
-    with receipts.renewed(out, COMMAND, results_key(scene), FILES):
+    path, key = out / "report.html", results_key(scene)
+    only_results = not (files.figures_wanted() or scene.settings.engine.has_fields)
+    if only_results and receipts.holds(out, COMMAND, key):
+        options.watch.on_stage("  already in the folder")
+        return path
+    curves = [curves_file(line.name) for line in scene.lines]
+    with receipts.renewed(out, COMMAND, key, [*FILES, *curves, "scene.toml"]):
         results = compute(scene, options)
         ics = data.to_dataset(results)
         errors = data.errors(results, ics)
@@ -57,7 +65,7 @@ def run_scene(scene: Scene, out: Path, options: RunOptions = DEFAULT) -> Path:
         shown = SceneICs(ics, errors)
         drawn = list(pictures(results, out / "figures"))
         page = pages.page(scene.title, {scene.name: shown}, ics_details.details(shown, drawn))
-        path = write_page(page, out / "report.html")
+        write_page(page, path)
         if scene.fields:
             write_fields(results, out / "fields", options.watch)
     return path

@@ -14,6 +14,7 @@ import xarray as xr
 from approx.pair import columns as approximations
 from compare.pages.ics import row_name, share_text
 from compare.pages.ics_figures import combined_first, main_body
+from compare.report import files
 from compare.report.charts import Chart, Curve, Map, Panel
 from compare.report.errors import COMPONENTS as COMPONENT_NAMES
 from compare.report.errors import error_cell, percent
@@ -105,7 +106,8 @@ def write_matrix(scene: Scene, out: Path, strip: int | None = None, options: Run
     """Write `matrix.nc`, figures of one loaded strip and `matrix.html`; returns the path of the page.
 
     By default the loaded strip is the one nearest to the patch. Nothing is computed if the folder has the
-    same results already. Raises WrongInput for a strip that the grid does not have.
+    same results already, unless files of figures are asked for. Raises WrongInput for a strip that the grid
+    does not have.
     """
     watch, workers, n_s = options.watch, options.workers, scene.grid.n_s
     if strip is None:
@@ -113,7 +115,7 @@ def write_matrix(scene: Scene, out: Path, strip: int | None = None, options: Run
     if not 0 <= strip < n_s:
         raise WrongInput(f"--strip {strip}: the grid has strips 0 ... {n_s - 1}")
     path, key = out / "matrix.html", receipts.key_of(scene, results_digest(*PAGE_FOLDERS), strip)
-    if receipts.holds(out, COMMAND, key):
+    if not files.figures_wanted() and receipts.holds(out, COMMAND, key):
         watch.on_stage("  already in the folder")
         return path
     plans = matrix_plans(scene, workers)

@@ -26,6 +26,11 @@ def figures_as(formats: Sequence[str]) -> Iterator[None]:
         _formats.reset(token)
 
 
+def figures_wanted() -> bool:
+    """Whether files of figures are asked for."""
+    return bool(_formats.get())
+
+
 def save_charts(charts: Iterable[Chart], folder: Path, prefix: str = "") -> None:
     """Write the figures of charts, drawn for paper, into a folder in the formats asked for, if any."""
     for chart in charts if _formats.get() else ():

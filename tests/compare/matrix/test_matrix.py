@@ -215,6 +215,8 @@ def test_second_run_meshes_and_factors_nothing(made, capsys):
         xr.testing.assert_equal(first, second)
     assert exit_code(["matrix", str(path), "--out", str(out)]) == DONE
     assert "already in the folder" in capsys.readouterr().out
+    assert exit_code(["matrix", str(path), "--out", str(out), "--figures", "svg"]) == DONE
+    assert list((out / "figures").glob("matrix_*.svg"))
 
 
 def test_maps_of_another_strip_need_no_new_models(made, monkeypatch):

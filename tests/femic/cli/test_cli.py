@@ -11,6 +11,7 @@ from time import perf_counter, sleep
 import pytest
 import xarray as xr
 
+from compare.pages import ics_results
 from femic.cli import doctor
 from femic.cli.doctor import Finding
 from femic.cli.main import DONE, FAILED, WRONG_INPUT, delivered_interruptions, exit_code, main
@@ -81,6 +82,28 @@ def test_harmonic_run_solves_no_3d_model_and_reports_wavenumbers(write_scene, tm
     assert "wavenumbers" in html
     assert 'id="chart-mesh_lower"' in html
     assert not (out / "figures").exists()  # nothing was asked for
+
+
+def test_the_same_run_again_computes_nothing_unless_a_file_or_figures_are_missing(
+    write_scene, tmp_path, monkeypatch
+):
+    path, out, computed = write_scene(ONE, engine=HARMONIC), tmp_path / "results", []
+    compute = ics_results.compute
+    monkeypatch.setattr(ics_results, "compute", lambda *a: computed.append(a) or compute(*a))
+
+    def run(*options):
+        with coarse_sections():
+            assert exit_code(["run", str(path), "--out", str(out), "--workers", "1", *options]) == DONE
+        return len(computed)
+
+    assert [run(), run()] == [1, 1]
+    (out / "curves_s1.6mm.csv").unlink()
+    assert [run(), run()] == [2, 2]
+    assert (out / "curves_s1.6mm.csv").exists()
+    assert run("--figures", "svg") == 3
+    assert list((out / "figures").glob("*.svg"))
+    path.write_text(path.read_text(encoding="utf-8").replace('"A", "Bhat"', '"A"'), encoding="utf-8")
+    assert run() == 4
 
 
 def test_wrong_input_exits_with_2_and_writes_nothing(write_scene, tmp_path, capsys):
