@@ -2,10 +2,12 @@
 
 import re
 import tomllib
+from importlib.metadata import distributions
 from pathlib import Path
 
 import yaml
 from packaging.requirements import Requirement
+from packaging.specifiers import SpecifierSet
 from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[1]
@@ -31,6 +33,19 @@ def test_a_tested_version_of_every_requirement_is_pinned():
     versions = pinned()
     for requirement in requirements():
         assert requirement.specifier.contains(versions[canonicalize_name(requirement.name)]), requirement
+
+
+def test_pinned_versions_can_be_installed_on_the_oldest_python():
+    """Debian has 3.11.2; pip finds no version that is pinned and not for its Python, and searches for hours."""
+    oldest = PROJECT["requires-python"].removeprefix(">=") + ".0"
+    versions = pinned()
+    needs = {
+        one.name: one.metadata["Requires-Python"]
+        for one in distributions()
+        if versions.get(canonicalize_name(one.name)) == one.version and one.metadata["Requires-Python"]
+    }
+    assert len(needs) > 50
+    assert not {name: text for name, text in needs.items() if not SpecifierSet(text).contains(oldest)}
 
 
 def test_the_conda_recipe_requires_the_same():
