@@ -36,13 +36,13 @@ def test_a_tested_version_of_every_requirement_is_pinned():
 
 
 def test_pinned_versions_can_be_installed_on_the_oldest_python():
-    """Debian has 3.11.2; pip finds no version that is pinned and not for its Python, and searches for hours."""
+    """Debian has 3.11.2: where a pinned version is not for this Python, pip searches without end."""
     oldest = PROJECT["requires-python"].removeprefix(">=") + ".0"
     versions = pinned()
     needs = {
-        one.name: one.metadata["Requires-Python"]
+        one.name: one.metadata.get("Requires-Python", "")
         for one in distributions()
-        if versions.get(canonicalize_name(one.name)) == one.version and one.metadata["Requires-Python"]
+        if versions.get(canonicalize_name(one.name)) == one.version
     }
     assert len(needs) > 50
     assert not {name: text for name, text in needs.items() if not SpecifierSet(text).contains(oldest)}

@@ -35,7 +35,10 @@ with lazy_imports():
 
 
 def run(scene: SceneName, /, *, work: Work = DEFAULT_WORK) -> None:
-    """Compute and compare the influence coefficients of a scene; write a report."""
+    """Compute and compare the influence coefficients of a scene; write a report.
+
+    Nothing is computed if the folder has the same results already.
+    """
     loaded = load_scene(scene)
     console = terminal()
     report = _computed(loaded, work.folder(loaded), work, console)
