@@ -30,7 +30,8 @@ and is added up with its sign.
 Whether an element slides or sticks is uncertain where the deciding quantity could vanish within the element:
 the slip of a sliding element, or the distance of a sticking one's traction from its bound, is less than its
 change to a neighbour. Elements beside others in another state are always among them. Where elements slide and
-none beside them sticks, all of them may be a place of sticking that the grid is too coarse to show.
+none beside them sticks, all of them may be a place of sticking that the grid is too coarse to show. Less than
+an element is never seen: where no element is uncertain, the sliding share is known to one of them.
 
 The shares in floors are such that estimates hold in 95 % of random contacts or more. They were found with one
 set of these, and checked with another, by `benchmarks/contact_estimates.py`.
@@ -306,6 +307,7 @@ def floors(tractions: SlipState) -> dict[str, float]:
     def load_share(mask: Mask) -> float:
         return float(np.sum(pressures[mask])) / load
 
+    could_differ = max(int(np.count_nonzero(tractions.open)), 1)  # less than an element is not seen
     rests_on_state = OF_STATE * load_share(tractions.open) if np.any(tractions.friction) else 0.0
     at_edge = tractions.at_edge
     peak = max(float(np.max(pressures)), 1e-300)
@@ -314,7 +316,7 @@ def floors(tractions: SlipState) -> dict[str, float]:
         "approach": OF_LOAD * load_share(at_edge),
         "force": rests_on_state + OF_EDGE * load_share(at_edge),
         "work": OF_WORK * rests_on_state / OF_STATE + OF_EDGE * load_share(at_edge),
-        "sliding": OF_SLIDING * np.sqrt(part(tractions.open) / area) + OF_TURNING * part(tractions.turning),
+        "sliding": OF_SLIDING * np.sqrt(could_differ) / area + OF_TURNING * part(tractions.turning),
         "area": OF_AREA * part(at_edge),
         EDGE: part(at_edge),
         "stiffness": OF_STIFFNESS * part(at_edge),  # it grows like the square root of the area

@@ -6,6 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 
+from femic.contact.estimates import SlipState, floors
 from femic.contact.exact.friction import TractiveRolling
 from femic.contact.exact.hertz import LineContact
 from femic.contact.friction import coulomb
@@ -231,6 +232,18 @@ def carter(n, offset, order, share):
     operator = of_line_loads(n + 8, dx)
     result = coulomb.tractions(law(operator, motion, np.where(g > 1e-9 * g.max(), g, 0)[:, None]))
     return result, x, dx, exact
+
+
+@pytest.mark.parametrize("share", [0.96, 0.97, 0.99, 0.999])
+def test_the_sliding_share_is_known_where_less_than_an_element_sticks(share):
+    """Carter's contact sticks over 1 - share of its width: less than one of twenty elements."""
+    for offset in (0.0, 0.25, 0.5, -0.3):
+        result, x, dx, exact = carter(20, offset, 2, share)
+        pressures = mean_pressures(x, dx)[:, None, None]
+        state = SlipState(np.concatenate([result.p, pressures], axis=-1), result.stick, result.slip, FRICTION)
+        sliding = np.count_nonzero(state.slides) / np.count_nonzero(state.in_contact)
+        known = 1 - exact.stick_half_width / exact.half_width
+        assert abs(sliding - known) <= floors(state)["sliding"]
 
 
 def errors_of_carter(order, share):
