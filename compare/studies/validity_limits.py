@@ -29,7 +29,7 @@ from femic.contact.pairs.grids import contact_size, grids_of, make_sizing, on_fi
 from femic.contact.pairs.ics import C, normal_reference_ics
 from femic.contact.pairs.pair_on_grid import PairContact, PairOnGrid
 from femic.contact.pairs.pair_with_friction import PairWithFriction
-from femic.contact.pairs.quantities import kinds, measured, numbers, select
+from femic.contact.pairs.quantities import kinds, measured, select
 from femic.contact.rolling import RollingContact
 from femic.contact.specification import ContactProblem
 from femic.reference.run_options import DEFAULT, RunOptions
@@ -154,7 +154,7 @@ class PairDeviations:
     def angle(self, load: float) -> tuple[float, float]:
         """Return the angle of the patch with C at a load [N] and its estimated error [deg]."""
         contact = self.contact(load, C)
-        return numbers(self.on_grid, contact.normal)["angle"], contact.estimated_errors()["angle"]
+        return contact.measured.numbers["angle"], contact.estimated_errors()["angle"]
 
     def error(self, number: str, name: str, load: float) -> tuple[float, float]:
         """Return the error of a number with the ICs of a name over that with C, and its estimated error."""

@@ -59,6 +59,23 @@ def compiled(function: Function) -> Function:
     return machine
 
 
+@compiled
+def add_between_strips(kernel: Array, lags: Array, by_load: Array, at_observer: Array) -> None:
+    """Add to a kernel (waves, loaded strip, observed strip) a sum of products for all pairs of strips.
+
+    `lags` (terms, waves, 2 n_s - 1) are values at lags from -(n_s - 1) to n_s - 1 of the observed strip from
+    the loaded one; `by_load` and `at_observer` (terms, n_s) are factors of both.
+    """
+    n_s = kernel.shape[1]
+    for wave in range(kernel.shape[0]):
+        for loaded in range(n_s):
+            row = kernel[wave, loaded]
+            for term in range(len(lags)):
+                from_here, factor = lags[term, wave, n_s - 1 - loaded :], by_load[term, loaded]
+                for observed in range(n_s):
+                    row[observed] += factor * at_observer[term, observed] * from_here[observed]
+
+
 # --- names of places ---
 
 # fields (n_x, n_s), some of which have 2 or 3 directions; those of `press` in places that it does not need

@@ -240,22 +240,22 @@ class SlipState:
     friction: Array | float
     behind: Indices | None = None
 
-    @property
+    @cached_property
     def in_contact(self) -> Mask:
         """The elements in contact."""
         return self.p[..., N] > 0
 
-    @property
+    @cached_property
     def slides(self) -> Mask:
         """The elements that slide."""
         return self.in_contact & ~self.stick
 
-    @property
+    @cached_property
     def at_edge(self) -> Mask:
         """The elements at the edge of the contact."""
         return self.in_contact & _beside(~self.in_contact)
 
-    @property
+    @cached_property
     def open(self) -> Mask:
         """The elements that could be in the other state, of sliding and sticking."""
         size = np.linalg.norm(self.slip, axis=-1)
@@ -266,18 +266,18 @@ class SlipState:
         could_slide = self.in_contact & self.stick & (margin <= NEARLY * _change(margin[..., None]))
         return could_stick | could_slide
 
-    @property
+    @cached_property
     def bound(self) -> Array:
         """The largest tangential tractions [MPa], shape (n_x, n_s)."""
         return np.asarray(self.friction * self.p[..., N])
 
-    @property
+    @cached_property
     def bound_shares(self) -> Array:
         """Tangential tractions over their bounds, shape (n_x, n_s, 2); 0 where there is none."""
         bound = self.bound[..., None]
         return np.divide(self.p[..., :N], bound, out=np.zeros_like(self.p[..., :N]), where=bound > 0)
 
-    @property
+    @cached_property
     def missed_turn(self) -> Array:
         """By how much tractions [MPa] that follow others would turn on, shape (n_x, n_s, 2).
 
@@ -290,7 +290,7 @@ class SlipState:
         at, earlier = (np.take_along_axis(shares, rows[..., None], axis=0) for rows in (followed, before))
         return (self.behind * self.bound)[..., None] * (at - earlier)
 
-    @property
+    @cached_property
     def turning(self) -> Mask:
         """Open elements that slide, with none beside them that sticks."""
         return self.open & self.slides & ~_beside(self.in_contact & self.stick)

@@ -94,7 +94,7 @@ def pressures(
     p = scaled(p)
     u, products = problem.compliance(p), 1
     direction = last_z = last_residual = np.zeros_like(h)
-    last_active = np.zeros(h.shape, bool)
+    last_active, active_c, inverse_c = np.zeros(h.shape, bool), np.zeros_like(h), np.zeros_like(h)
     for iteration in range(MOST_ITERATIONS + 1):
         zeta = approach
         if zeta is None:  # with which the gaps in contact have no component along c
@@ -105,8 +105,9 @@ def pressures(
         residual = np.where(active, gap, 0.0)
         z = np.where(active, problem.inverse(residual), 0.0)
         if load is not None:  # directions do not change it
-            active_c = np.where(active, c, 0.0)
-            inverse_c = np.where(active, problem.inverse(active_c), 0.0)
+            if not np.array_equal(active, last_active):
+                active_c = np.where(active, c, 0.0)
+                inverse_c = np.where(active, problem.inverse(active_c), 0.0)
             z = z - inverse_c * (np.vdot(active_c, z) / np.vdot(active_c, inverse_c))
         largest, peak = float(np.max(np.abs(z))), float(np.max(p))
         error = largest / peak if peak > 0 else np.inf if largest else 0.0  # inf: pressures are to come

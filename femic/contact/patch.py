@@ -221,8 +221,13 @@ def _from_pressures(inside: Array) -> float | None:
     """
     third, fourth, fifth = inside[2:5] ** 2
     slope, bend = (fifth - third) / 2, (third - 2 * fourth + fifth) / 2
-    roots = np.roots([bend, slope, fourth])  # in elements inwards from the fourth
-    edges = [-3 - root.real for root in roots if abs(root.imag) == 0 and -4 <= root.real <= -2.5]
+    # roots, in elements inwards from the fourth, of bend t^2 + slope t + fourth
+    inside_root = slope**2 - 4 * bend * fourth
+    if inside_root < 0:
+        return None
+    larger = -(slope + np.copysign(np.sqrt(inside_root), slope)) / 2  # no terms of it cancel
+    roots = [top / below for top, below in ((larger, bend), (fourth, larger)) if below != 0]
+    edges = [-3 - root for root in roots if -4 <= root <= -2.5]
     return float(min(edges, key=abs)) if edges else None
 
 

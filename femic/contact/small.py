@@ -6,10 +6,11 @@ solved again and again, or with another load, friction or creepages, costs littl
 
 import logging
 import pickle
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary, ref
@@ -18,17 +19,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femic.contact import compiled as at
-from femic.contact.compiled import Floats, Products, Work, multiply, newton, press
+from femic.contact.compiled import Floats, Products, Work, add_between_strips, multiply, newton, press
 from femic.contact.friction.law import Strips
 from femic.contact.friction.motion import Motion, RollingStep, SteadyRolling
 from femic.contact.loading import Loading
 from femic.contact.operators.convolution import Convolution, Waves
-from femic.contact.operators.dense import GridOperator, strip_lags
+from femic.contact.operators.dense import GridOperator
 from geometries.arrays import Array, Mask
 from geometries.patches import N, S, X
 
-MOST_ELEMENTS = 96  # along x or s of grids that are small
-MOST_WITHOUT_FRICTION = 64  # the same for pressures alone, which FFT finds quicker from there on
+MOST_ELEMENTS = 96  # along x of grids that are small
+MOST_IN_KERNEL = 2.2e6  # numbers of a kernel between waves along x and strips: 300 MB for all of them
+MOST_WITHOUT_FRICTION = 64  # elements along x or s for pressures alone, which FFT finds quicker from there on
 VANISHES = 1e-14  # size of a kernel over the largest one up to which it is zero by symmetry
 ROUGH = 1e-2  # tolerance of tangential tractions at pressures that they are going to change
 TANGENTIAL = (X, S)
@@ -36,33 +38,40 @@ TANGENTIAL = (X, S)
 log = logging.getLogger(__name__)
 
 
+def is_small(shape: tuple[int, int]) -> bool:
+    """Whether compiled loops take a contact on a grid of some elements along x and s."""
+    n_x, n_s = shape
+    return n_x <= MOST_ELEMENTS and (n_x + 1) * n_s**2 <= MOST_IN_KERNEL
+
+
 class Bodies:
     """ICs of two bodies on a small grid, in the form of compiled loops, with their preconditioners."""
 
     def __init__(self, operator: GridOperator | Convolution, flat: Convolution) -> None:
         self.flat, self.directions = ref(flat), operator.directions  # of A, flat is the operator itself
-        if isinstance(operator, Convolution):
-            parts = [_kernels_of_convolution(operator)]
+        self.shape, m = flat.shape, len(self.directions)
+        n_x, n_s = self.shape
+        self.kernels = np.zeros((m * m + 1 + (2 if m > 1 else 0), n_x + 1, n_s, n_s))
+        ics, inverse, alone = np.split(self.kernels, [m * m, m * m + 1])
+        if isinstance(operator, GridOperator):
+            ics[:] = _kernels_of_grid(operator)
         else:
-            parts = [_kernels_of_grid(operator)]
-        _, waves, n_s, _ = parts[0].shape
-        self.shape = n_x, _ = waves - 1, n_s
+            _add_convolution(ics, operator)
+        _add_ring(inverse, flat.restricted((N,)).ring_inverse, [(N, N)])
+        if m > 1:
+            self.tangential = flat.restricted(TANGENTIAL)
+            _add_ring(alone, self.tangential.strips_alone, [(X, X), (S, S)])  # xs and sx gain nothing
+        sizes = [[max(np.max(part), -np.min(part)) for part in parts] for parts in (ics, inverse, alone)]
+        self.there = np.array([size > VANISHES * max(group) for group in sizes for size in group], np.int64)
+        self.rough_kernels = np.zeros(self.kernels.shape, np.float32)
+        for part in np.flatnonzero(self.there):
+            self.rough_kernels[part] = self.kernels[part]
         phases = np.pi / n_x * np.outer(np.arange(n_x + 1), np.arange((n_x + 1) // 2) - (n_x - 1) / 2)
         waves = np.stack([np.cos(phases), np.sin(phases)])
         back = waves / n_x
         back[:, [0, -1]] /= 2
         kinds = [np.dtype(kind) for kind in (np.float64, np.float32)]
         self.transforms = {kind: (waves.astype(kind), back.astype(kind)) for kind in kinds}
-        parts.append(_kernels_on_ring(flat.restricted((N,)).ring_inverse, (N,), self.shape))
-        if len(self.directions) > 1:
-            self.tangential = flat.restricted(TANGENTIAL)
-            alone = _kernels_on_ring(self.tangential.strips_alone, TANGENTIAL, self.shape)
-            parts.append(alone[[0, 3]])  # those of xs and sx gain nothing
-        sizes = [np.max(np.abs(part), axis=(1, 2, 3)) for part in parts]
-        there = [size > VANISHES * np.max(size) for size in sizes]
-        self.there = np.concatenate(there).astype(np.int64)
-        self.kernels = np.concatenate(parts)
-        self.rough_kernels = self.kernels.astype(np.float32)
         self.motions: dict[tuple[type[Motion], float], tuple[NDArray[np.float32], float]] = {}
         self.unused: dict[int, list[Work]] = {}  # by the number of modes
 
@@ -118,10 +127,11 @@ class Bodies:
     @cached_property
     def by_one(self) -> Array:
         """Displacements (n_x, n_s, 3) due to 1 MPa on the middle element: along x and s, and along n."""
-        work, both, everywhere = self.work(0), [], (0, 0, self.shape[1])
+        (n_x, n_s), work, both = self.shape, self.work(0), []
+        everywhere = (0, 0, n_s)
         for loads in (slice(at.P, at.P + N), slice(at.P + N, at.P + N + 1)):
             work.fields[at.P : at.P + 3] = 0.0
-            work.fields[(loads, *(n // 2 for n in self.shape))] = 1.0
+            work.fields[loads, n_x // 2, n_s // 2] = 1.0
             p, u, all_three = work.fields[at.P : at.P + 3], work.fields[at.U : at.U + 3], (0, 3)
             multiply(work.exact, p, u, all_three, all_three, all_three, everywhere, everywhere)
             both.append(np.moveaxis(u, 0, -1).copy())
@@ -138,36 +148,41 @@ class Bodies:
 
 
 def _kernels_of_grid(operator: GridOperator) -> Array:
-    """Return the kernels (m m, waves, loaded strip, observed strip) of an operator."""
+    """Return the kernels (m m, waves, loaded strip, observed strip) of an operator, m its directions."""
     m, waves = len(operator.directions), len(operator.transformed)
     n_s = operator.transformed.shape[1] // m
     parts = operator.transformed.reshape(waves, n_s, m, n_s, m).transpose(2, 4, 0, 3, 1)
     return np.ascontiguousarray(parts, float).reshape(m * m, waves, n_s, n_s)
 
 
-def _kernels_of_convolution(convolution: Convolution) -> Array:
-    """Return the same of a convolution: each of its kernels times the factors of both strips."""
-    (n_x, n_s), directions = convolution.shape, convolution.directions
-    m, between = len(directions), strip_lags(n_s).T
-    kernels = np.zeros((m * m, n_x + 1, n_s, n_s))
-    for ((i, observer), (j, load)), kernel in convolution.kernels.items():
-        factors = np.outer(convolution.factors[load], convolution.factors[observer])
-        waves = _waves_along_x(kernel[n_x - 1 :], kernel[: n_x - 1], (i, j))
-        kernels[directions.index(i) * m + directions.index(j)] += factors * waves[:, between]
-    return kernels
+def _add_convolution(kernels: Array, convolution: Convolution) -> None:
+    """Add those of a convolution: each of its kernels times the factors of both strips."""
+    (n_x, _), directions = convolution.shape, convolution.directions
+    for place, (i, j) in enumerate(product(directions, repeat=2)):
+        terms = [
+            (
+                _waves_along_x(kernel[n_x - 1 :], kernel[: n_x - 1], (i, j)),
+                convolution.factors[load],
+                convolution.factors[observer],
+            )
+            for ((to, observer), (by, load)), kernel in convolution.kernels.items()
+            if (to, by) == (i, j)
+        ]
+        if terms:
+            add_between_strips(kernels[place], *(np.array(parts) for parts in zip(*terms, strict=True)))
 
 
-def _kernels_on_ring(waves: Waves, directions: tuple[int, ...], shape: tuple[int, int]) -> Array:
-    """Return the same of a map by waves on a ring."""
-    (n_x, n_s), padded = shape, waves.padded
+def _add_ring(kernels: Array, waves: Waves, places: Sequence[tuple[int, int]]) -> None:
+    """Add those of a map by waves on a ring, for some pairs of its directions."""
+    _, n_waves, n_s, _ = kernels.shape
+    n_x, padded, ones = n_waves - 1, waves.padded, np.ones((1, n_s))
     lags = np.fft.irfft2(waves.factors, padded, axes=(0, 1))
-    between = (strip_lags(n_s).T - (n_s - 1)) % padded[1]
-    kernels = [
-        _waves_along_x(lags[:n_x, :, row, column], lags[padded[0] + 1 - n_x :, :, row, column], (i, j))
-        for row, i in enumerate(directions)
-        for column, j in enumerate(directions)
-    ]
-    return np.stack([kernel[:, between] for kernel in kernels])
+    along_s = np.arange(1 - n_s, n_s) % padded[1]
+    directions = sorted({direction for pair in places for direction in pair})
+    for kernel, (i, j) in zip(kernels, places, strict=True):
+        own = lags[..., directions.index(i), directions.index(j)][:, along_s]
+        in_waves = _waves_along_x(own[:n_x], own[padded[0] + 1 - n_x :], (i, j))
+        add_between_strips(kernel, in_waves[None], ones, ones)
 
 
 def _waves_along_x(ahead: Array, behind: Array, components: tuple[int, int]) -> Array:
@@ -242,8 +257,8 @@ class SmallContact:
     def make(cls, operator: Any, flat: Convolution, distance: Array, *others: Any) -> "SmallContact | None":
         """Return the contact; None if its grid is large, or nothing is known of its operator."""
         is_normal = getattr(operator, "directions", None) == (N,)
-        most = min(MOST_ELEMENTS, MOST_WITHOUT_FRICTION) if is_normal else MOST_ELEMENTS
-        bodies = None if max(distance.shape) > most else _bodies(operator, flat)
+        fits = is_small(distance.shape) and (not is_normal or max(distance.shape) <= MOST_WITHOUT_FRICTION)
+        bodies = _bodies(operator, flat) if fits else None
         return None if bodies is None else cls(bodies, distance, *others)
 
     @contextmanager

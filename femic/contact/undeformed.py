@@ -137,20 +137,26 @@ class Undeformed:
         self, x: Array, start: tuple[Array, Array], normal: tuple[Array, Array]
     ) -> tuple[Array, np.ndarray]:
         """Arc lengths of the upper contour where normals meet the upper surface; which of them do not."""
-        (y, z), (sin, cos) = start, normal
-        t = np.broadcast_to(_arc_length_at(self.upper.contour, y), np.broadcast_shapes(x.shape, y.shape))
+        above = _arc_length_at(self.upper.contour, start[0])
+        given = np.broadcast_arrays(x, *start, *normal, above)
+        x, y, z, sin, cos, t = (part.flatten() for part in given)
         tolerance = ROUNDING * max(float(np.max(np.abs(t))), float(np.ptp(self.s_range)))
-        for _ in range(NEWTON_STEPS):
-            (point_y, point_z), (dy, dz) = self.upper_section(x, t)
-            across = dy * cos - dz * sin
-            step = ((point_y - y) * cos - (point_z - z) * sin) / np.maximum(across, 0.1 * dy)
-            t = t - step
-            moved = np.abs(step) > 16 * tolerance
-            if not moved.any():
+        across, sought = np.empty_like(t), np.arange(t.size)
+        for _ in range(NEWTON_STEPS):  # a few normals meet nothing: the others need not wait for them
+            (point_y, point_z), (dy, dz) = self.upper_section(x[sought], t[sought])
+            across[sought] = dy * cos[sought] - dz * sin[sought]
+            off = (point_y - y[sought]) * cos[sought] - (point_z - z[sought]) * sin[sought]
+            step = off / np.maximum(across[sought], 0.1 * dy)
+            t[sought] -= step
+            sought = sought[np.abs(step) > 16 * tolerance]
+            if not sought.size:
                 break
+        moved = np.zeros(t.shape, bool)
+        moved[sought] = True
         low, high = self.upper.contour.extent
         beside_wheel = np.abs(x) >= self.upper.circle_radius(t)
-        return t, moved | (across <= 0) | (t < low) | (t > high) | beside_wheel
+        missed = moved | (across <= 0) | (t < low) | (t > high) | beside_wheel
+        return t.reshape(given[0].shape), missed.reshape(given[0].shape)
 
     def upper_section(self, x: Array, t: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
         """Return points (y, z) of the upper surface in the plane at x, and their derivatives by t."""

@@ -155,7 +155,7 @@ def to_dataset(scene: Scene, solution: FrictionlessContacts) -> xr.Dataset:
         return numbers(other.on_grid, other.normal) if other else nothing
 
     tables = {
-        "": by_contact(lambda contact: numbers(contact.on_grid, contact.normal)),
+        "": by_contact(lambda contact: contact.measured.numbers),
         "estimate_": by_contact(lambda contact: contact.estimated_errors()),
         DISPLACED: by_contact(displaced),
     }

@@ -32,7 +32,7 @@ from femic.contact.pairs import grids
 from femic.contact.pairs.pair_on_grid import PairOnGrid
 from femic.contact.patch import Box
 from femic.contact.rolling import RollingProblem
-from femic.contact.small import MOST_ELEMENTS
+from femic.contact.small import is_small
 from femic.contact.specification import ContactProblem
 from femic.reference.run_options import RunOptions
 from geometries.arrays import Array
@@ -141,7 +141,7 @@ def _patches(
     n_x, n_s = pressures.shape
     strips = np.flatnonzero(pressures.any(axis=0))
     groups = np.split(strips, np.flatnonzero(np.diff(strips) > 2 * BESIDE) + 1)
-    if len(groups) == 1 and n_s <= MOST_ELEMENTS:
+    if len(groups) == 1 and is_small(pressures.shape):
         return {Box.whole(pressures.shape): problem}
     parts = {}
     for group in groups:

@@ -21,7 +21,7 @@ from femic.contact.operators.protocols import Operator
 from femic.contact.pairs.grids import grids_of, on_fitting_grid
 from femic.contact.pairs.ics import C, ReferenceICs, normal_reference_ics
 from femic.contact.pairs.pair_on_grid import PairContact, PairOnGrid
-from femic.contact.pairs.quantities import angle, numbers
+from femic.contact.pairs.quantities import angle
 from femic.contact.specification import ContactProblem
 from femic.reference.run_options import RunOptions
 
@@ -121,7 +121,7 @@ class ContactSeries:
         if key not in self.measured:
             contact = self.contact(load, ics)
             estimates = contact.estimated_errors().items()
-            self.measured[key] = numbers(contact.on_grid, contact.normal) | {
+            self.measured[key] = dict(contact.measured.numbers) | {
                 f"estimate_{name}": estimate for name, estimate in estimates
             }
         return self.measured[key]

@@ -42,7 +42,7 @@ from femic.contact.pairs.grids import Range, contact_size
 from femic.contact.pairs.ics import approximation
 from femic.contact.pairs.pair_on_grid import PairContact, PairOnGrid
 from femic.contact.pairs.pair_with_friction import frictional_problem, rolling_problem
-from femic.contact.pairs.quantities import kinds, measured, numbers
+from femic.contact.pairs.quantities import kinds, numbers
 from femic.contact.rolling import RollingProblem
 from femic.contact.specification import Profile
 from femic.contact.undeformed import Undeformed
@@ -234,7 +234,7 @@ def frictionless(case: RandomContact) -> GridComparison:
     coarse = contact.normal.coarser
     if coarse is None:
         raise Failure("the grid is too small")
-    fine = measured(case.on_grid, contact.normal, prescribed=("load", "position"))
+    fine = contact.measured
     exact, larger = (numbers(case.on_grid, normal) for normal in (finer.normal, coarse))
     estimates = without_exact(contact.estimated_errors(), fine)
     return GridComparison(fine.numbers, exact, larger, estimates, regime(contact.normal))
@@ -273,9 +273,8 @@ def differences_without_friction(case: RandomContact) -> GridComparison:
         return SolvedContact(loading, ics, PairContact(case.on_grid, normal))
 
     ours, finer = ([solved(one, ics) for ics in COMPARED] for one in (case, case.finer))
-    known = measured(case.on_grid, ours[0].normal, prescribed=("load", "position"))
     exact = [numbers(contact.on_grid, contact.normal) for contact in finer]
-    return _compared(by_ics(ours), exact, known, regime(ours[0].normal))
+    return _compared(by_ics(ours), exact, ours[0].measured, regime(ours[0].normal))
 
 
 def _compared(

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 from time import perf_counter
 
@@ -67,16 +68,29 @@ class SolvedContact:
         """Pressures and gaps."""
         return self.contact.normal
 
+    @cached_property
+    def measured(self) -> Measured:
+        """Its numbers, with the scales and floors of their errors."""
+        given = "approach" if self.loading.load is None else "load"
+        return measured(self.on_grid, self.normal, prescribed=(given, "position"))
+
+    @cached_property
+    def measured_on_larger(self) -> list[Measured]:
+        """Those on elements twice and four times as large, as far as there are such grids."""
+        coarser, found = self.normal.coarser, list[Measured]()
+        while coarser is not None and len(found) < 2:
+            found.append(measured(self.on_grid, coarser))
+            coarser = coarser.coarser
+        return found
+
     def variations(self) -> dict[str, Numbers]:
         """Numbers by what varies them, named as in `femic.contact.datasets`; NaN where not known."""
-        given, coarser = numbers(self.on_grid, self.normal), self.normal.coarser
+        given, larger = self.measured.numbers, self.measured_on_larger
         perturbed = numbers(self.perturbed.on_grid, self.perturbed.normal) if self.perturbed else given
         return {
-            datasets.LARGER: numbers(self.on_grid, coarser) if coarser else dict.fromkeys(given, np.nan),
+            datasets.LARGER: larger[0].numbers if larger else dict.fromkeys(given, np.nan),
             datasets.CHANGE: {name: perturbed[name] - value for name, value in given.items()},
-            **datasets.difference_errors(
-                measured(self.on_grid, self.normal), OF_FRICTIONLESS, datasets.WITHOUT_FRICTION
-            ),
+            **datasets.difference_errors(self.measured, OF_FRICTIONLESS, datasets.WITHOUT_FRICTION),
         }
 
     def estimated_errors(self) -> dict[str, float]:
@@ -84,19 +98,13 @@ class SolvedContact:
 
         That is where the grid is too small for larger elements, and where `displaced` is missing.
         """
-        error_kinds, coarser = kinds(OF_FRICTIONLESS), self.normal.coarser
-        given = "approach" if self.loading.load is None else "load"
-        fine = measured(self.on_grid, self.normal, prescribed=(given, "position"))
-        larger, parts = list[Measured](), list[Numbers]()
-        while coarser is not None and len(larger) < 2:
-            larger.append(measured(self.on_grid, coarser))
-            coarser = coarser.coarser
+        error_kinds, parts = kinds(OF_FRICTIONLESS), list[Numbers]()
         for other in (self.perturbed, self.displaced):
             if other is not None:
-                parts.append(changes(fine, error_kinds, numbers(other.on_grid, other.normal)))
+                parts.append(changes(self.measured, error_kinds, numbers(other.on_grid, other.normal)))
         if self.linearised and self.displaced is None:
             parts.append(dict.fromkeys(error_kinds, np.nan))
-        known = errors(error_kinds, fine, larger, parts)
+        known = errors(error_kinds, self.measured, self.measured_on_larger, parts)
         if np.isfinite(self.contact.lateral_stiffness):  # the position follows the lateral force
             known["position"] += known["F_y"] / self.contact.lateral_stiffness
         return known
@@ -104,9 +112,7 @@ class SolvedContact:
 
 def by_ics(contacts: Sequence[SolvedContact]) -> xr.Dataset:
     """Return numbers of contacts by the names of their ICs, with what varies them."""
-    tables: dict[str, list[Numbers]] = {
-        "": [numbers(contact.on_grid, contact.normal) for contact in contacts]
-    }
+    tables: dict[str, list[Numbers]] = {"": [contact.measured.numbers for contact in contacts]}
     varied = [contact.variations() for contact in contacts]
     tables |= {prefix: [each[prefix] for each in varied] for prefix in varied[0]}
     return xr.Dataset(
