@@ -98,9 +98,8 @@ class _Run:
     progress: Progress = field(init=False)
     todo: Iterator[Numbered] = field(init=False)  # a generator: a million tasks are gigabytes
     keys: set[str] = field(init=False)  # of all outcomes of earlier runs
-    following: dict[Future, Callable[[TaskReport], None]] = field(
-        default_factory=dict
-    )  # after each open task
+    # after each open task
+    following: dict[Future, Callable[[TaskReport], None]] = field(default_factory=dict)
     ended: SimpleQueue[Future] = field(default_factory=SimpleQueue)
     begun: int = 0  # scenes of which tasks are open
     models: dict[str, Future] = field(default_factory=dict)  # submitted, by key

@@ -155,9 +155,8 @@ def _section_turns(body: Body, s: Array, s_load: Array, angle: Array) -> tuple[A
     seen = []
     for place in (s, s_load):
         forces = generalized(in_section, np.zeros_like(place), place)
-        lever = np.zeros_like(
-            forces[0]
-        )  # y of a load along x, with the sign of the turn about z that it sees
+        # y of a load along x, with the sign of the turn about z that it sees
+        lever = np.zeros_like(forces[0])
         lever[X] = body.side * body.contour.position(place)[0]
         seen.append((forces[MOMENT], forces[FZ], lever))
     (moment, radial, lever), (load_moment, load_radial, load_lever) = seen

@@ -195,9 +195,8 @@ SINES = mirror_signs(X) < 0  # (i, j): components odd in x
 PANEL_POINTS = 16  # Gauss points per panel
 PANEL_NODES, PANEL_WEIGHTS = gauss(PANEL_POINTS)
 DEGREES = np.arange(PANEL_POINTS)
-TO_LEGENDRE = (
-    PANEL_WEIGHTS[:, None] * (2 * DEGREES + 1) * eval_legendre(DEGREES, PANEL_NODES[:, None])
-)  # (point, degree)
+# rows are points of a panel, columns are degrees
+TO_LEGENDRE = PANEL_WEIGHTS[:, None] * (2 * DEGREES + 1) * eval_legendre(DEGREES, PANEL_NODES[:, None])
 PANEL_RATIO = 1.5  # upper over lower end of a panel
 TAPERED_PANELS = 2  # last panels, on which the half-space replaces the body
 LOWEST_PANEL = 1e-12  # upper end of the first panel over the largest wavenumber

@@ -194,7 +194,7 @@ def test_contacts_are_those_of_the_other_solvers(name, kind):
     assert_equal(found(problem, given, start=there), there)
 
 
-@pytest.mark.parametrize("sizes", [(90, 14), (16, 88)])
+@pytest.mark.parametrize("sizes", [(90, 14), (16, 88), (12, 180)])
 def test_contacts_on_long_grids_are_those_of_the_other_solvers(sizes):
     problem = groove(*sizes, materials=MIXED, friction=0.4)
     assert problem.small is not None
