@@ -13,6 +13,7 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import tomlkit
 from tables import Record, arguments, print_table
@@ -33,12 +34,22 @@ def shifts_file(folder: Path) -> Path:
 
 def contact_file(folder: Path) -> Path:
     """Write the built-in scene `tall` with A and B-hat."""
-    shown = subprocess.run(
-        [*FEMIC, "scenes", "--show", "tall"], check=True, capture_output=True, text=True
-    ).stdout
-    tables = tomllib.loads(shown)
+    tables = built_in("tall")
     tables["contact"]["ics"] = ALIKE
     return written(folder / "tall.toml", tables)
+
+
+def ics_file(folder: Path, tolerance: float) -> Path:
+    """Write the built-in scene `geometry1` with C to a tolerance, without the check."""
+    tables = built_in("geometry1")
+    tables.setdefault("engine", {}).update(tolerance=tolerance, check=False)
+    return written(folder / f"geometry1-{tolerance:g}.toml", tables)
+
+
+def built_in(name: str) -> dict[str, Any]:
+    """Return a built-in scene as `femic scenes --show` prints it."""
+    command = [*FEMIC, "scenes", "--show", name]
+    return tomllib.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
 
 def written(path: Path, tables: dict[str, object]) -> Path:
@@ -61,6 +72,8 @@ def rows() -> Iterator[list[str]]:
         given = Path(name)
         for text, command, file in (
             ("`femic run geometry1`, with the check by the other engine", "run", "geometry1"),
+            ("the same without the check, tolerance 0.01", "run", str(ics_file(given, 1e-2))),
+            ("the same without the check, tolerance 0.001", "run", str(ics_file(given, 1e-3))),
             ("`femic contact`, scene `tall`, three loads, A and B̂", "contact", str(contact_file(given))),
             ("`femic shifts`, 11 shifts, A, B̂, planar, with friction", "shifts", str(shifts_file(given))),
         ):
