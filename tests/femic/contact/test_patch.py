@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from femic.contact import patch as patch_module
 from femic.contact.patch import (
     ACCURACY,
     ALONE,
@@ -270,3 +271,9 @@ def test_the_moment_about_z_has_the_part_of_pressures_on_inclined_places():
 def test_centre_of_pressure_is_the_mean_arc_length():
     p = np.array([[1.0, 0.0, 3.0], [1.0, 0.0, 0.0]])
     assert centre_of_pressure(p, np.array([-1.0, 0.0, 4.0])) == pytest.approx(10 / 5)
+
+
+def test_an_edge_is_read_where_squared_pressures_fall_in_a_straight_line():
+    """49^2, 61^2, 71^2 are equally far apart: no bend, to the last digit; 0 is 61^2 / 1320 elements on."""
+    inside = np.array([1.0, 30.0, 49.0, 61.0, 71.0])
+    assert patch_module._from_pressures(inside) == pytest.approx(61**2 / 1320 - 3, rel=1e-14)
